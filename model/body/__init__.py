@@ -1,0 +1,32 @@
+"""Bodies in SMPL's schema, and the free body that comes with the project.
+
+The model frame is y up: the T-pose faces +z, the left arm points along +x, units are metres. The world of the project
+is z up. `pose` carries the turn between the two in its root rotation, as CLOTH3D's poses do, so that
+`model.pose(betas, pose, trans)` is in the world directly, `trans` being the world position of the root joint. With
+`REST_POSE` the root turns by +90 degrees about x: the person stands upright along +z, faces -y, and the left arm points
+along +x.
+
+The embedded body has the same meaning of betas for both genders: +beta_1 is taller and larger, +beta_2 is fatter,
+beta_3 to beta_10 are the rest of human variation; one unit is one standard deviation among adults, and the range
+[-3, 3] is usable.
+"""
+
+from model.body.asset import GENDERS, load_body, load_free_body, save_body
+from model.body.model import BodyModel
+from model.body.skeleton import JOINT_NAMES, PARENTS, REST_POSE
+from model.body.skinning import joint_positions, joint_transforms, rotation_matrices, skin
+
+__all__ = [
+    "GENDERS",
+    "JOINT_NAMES",
+    "PARENTS",
+    "REST_POSE",
+    "BodyModel",
+    "joint_positions",
+    "joint_transforms",
+    "load_body",
+    "load_free_body",
+    "rotation_matrices",
+    "save_body",
+    "skin",
+]

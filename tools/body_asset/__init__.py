@@ -1,0 +1,1 @@
+"""Derives the embedded free body from the CC0 MakeHuman data: `source` reads, the others compute, `assemble` joins."""
