@@ -1,13 +1,15 @@
 """Puts the embedded body together: a population, its basis, the rig, the T-pose."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from model.body.model import BodyModel
-from model.body.skeleton import PARENTS
+from model.body.skeleton import JOINT_NAMES, PARENTS
 from tools.body_asset.basis import ShapeBasis, body_mass_index, guided_basis
+from tools.body_asset.fold import unfolded_scale
+from tools.body_asset.outer_skin import outer_skin
 from tools.body_asset.phenotype import coefficients, load_blendshapes, sample_adult
 from tools.body_asset.rig import joint_regressor, skin_weights
 from tools.body_asset.source import Source
@@ -36,13 +38,6 @@ class Assembly:
         return self.rerest.joints(self.basis.mean if beta is None else self.basis.directions[beta])
 
 
-def triangulate(quads: NDArray[np.int32]) -> NDArray[np.int32]:
-    """Splits quads [Q, 4] along their first diagonal into triangles [F, 3]; a repeated corner gives one triangle."""
-    triangles = np.concatenate([quads[:, [0, 1, 2]], quads[:, [0, 2, 3]]], axis=1).reshape(-1, 3)
-    a, b, c = triangles.T
-    return triangles[(a != b) & (b != c) & (c != a)]
-
-
 def assemble(source: Source, gender: str) -> Assembly:
     """Computes shape space and T-pose of one gender.
 
@@ -54,7 +49,7 @@ def assemble(source: Source, gender: str) -> Assembly:
         The assembly over all vertices of the base mesh.
     """
     base = source.base_mesh()
-    faces = triangulate(base.groups["body"])
+    faces = outer_skin(base)
     body = np.unique(faces)
     regressor = joint_regressor(source)
     blendshapes = load_blendshapes(source, gender)
@@ -69,13 +64,28 @@ def assemble(source: Source, gender: str) -> Assembly:
     stature = np.ptp(samples[:, body, 1], axis=1).astype(np.float64)
     bmi = np.array([body_mass_index(sample, faces) for sample in samples])
     basis = guided_basis(samples, stature, bmi)
-    return Assembly(gender, basis, rerest_to_t_pose(basis.mean, skin_weights(source), regressor))
+    rerest = rerest_to_t_pose(basis.mean, skin_weights(source), regressor)
+    return Assembly(gender, _without_folds(basis, rerest, faces), rerest)
+
+
+def _without_folds(basis: ShapeBasis, rerest: Rerest, faces: NDArray[np.int32]) -> ShapeBasis:
+    """Shrinks the unit of each direction whose ends would fold the clothed part of the body: no head, hands, feet."""
+    template, joints = rerest.vertices(basis.mean), rerest.joints(basis.mean)
+    top, bottom, reach = (
+        joints[JOINT_NAMES.index("neck"), 1],
+        joints[JOINT_NAMES.index("left_ankle"), 1],
+        joints[JOINT_NAMES.index("left_wrist"), 0],
+    )
+    x, y, _ = template[faces].mean(axis=1).T
+    clothed = faces[(y < top) & (y > bottom) & (np.abs(x) < reach)]
+    scales = [unfolded_scale(template, rerest.vertices(direction), clothed) for direction in basis.directions]
+    return replace(basis, directions=basis.directions * np.array(scales)[:, None, None])
 
 
 def body_model(source: Source, assembly: Assembly) -> BodyModel:
     """The body alone, as a model in SMPL's schema."""
-    quads = source.base_mesh().groups["body"]
-    keep = np.unique(quads)
+    faces = outer_skin(source.base_mesh())
+    keep = np.unique(faces)
     renumber = np.full(len(assembly.basis.mean), -1, np.int32)
     renumber[keep] = np.arange(len(keep), dtype=np.int32)
     betas = range(len(assembly.basis.directions))
@@ -88,5 +98,5 @@ def body_model(source: Source, assembly: Assembly) -> BodyModel:
         joint_shapedirs=np.stack([assembly.joint_field(b) for b in betas], axis=2),
         weights=weights.astype(np.float32),
         parents=PARENTS.copy(),
-        faces=renumber[triangulate(quads)],
+        faces=renumber[faces],
     )

@@ -23,7 +23,7 @@ HEIGHT_CENTRE = {"female": 0.376, "male": 0.372}
 HEIGHT_SPREAD = 0.06
 """Standard deviation of the height parameter: a standard deviation of about 8 cm in stature."""
 
-FATNESS = {"female": (1.9, 2.1), "male": (1.6, 2.4)}
+FATNESS = {"female": (3.8, 2.5), "male": (2.1, 3.0)}
 """Beta distribution of the fatness axis: mean BMI near 22 for both genders."""
 
 

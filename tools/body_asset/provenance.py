@@ -36,7 +36,7 @@ def provenance(source: Source, population: int) -> str:
     Returns:
         Markdown, ending in a newline.
     """
-    text = _TEXT.format(
+    return _TEXT.format(
         folder=DATA_FOLDER,
         wheel=source.wheel.name,
         sha256=source.sha256(),
@@ -44,4 +44,3 @@ def provenance(source: Source, population: int) -> str:
         population=population,
         licence=source.licence().strip(),
     )
-    return text

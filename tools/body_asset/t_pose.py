@@ -16,6 +16,12 @@ Anatomy shares the elevation between the clavicle and the arm; left to the shoul
 would fold the deltoid.
 """
 
+LEG_SLOPE = 2.0
+"""How far the line from hip to ankle leans outwards in the T-pose [deg], as in SMPL's template.
+
+The source stands with its legs at 5.4 degrees; motions fitted to SMPL would make it straddle.
+"""
+
 _LIMBS = {
     "left_shoulder": ("left_elbow", (1.0, 0.0, 0.0)),
     "right_shoulder": ("right_elbow", (-1.0, 0.0, 0.0)),
@@ -62,8 +68,8 @@ class Rerest:
 def rerest_to_t_pose(mean: NDArray[np.float64], weights: NDArray[np.float64], regressor: sp.csr_array) -> Rerest:
     """Finds the rotations that take the mean body to the T-pose.
 
-    Each arm bone turns by the shortest way onto the x axis, so that the palms face down; legs and feet stay as the
-    source has them.
+    Each arm bone turns by the shortest way onto the x axis, so that the palms face down. The legs close in the frontal
+    plane to `LEG_SLOPE`; the feet stay flat on the ground.
 
     Args:
         mean: Mean body in the source's rest pose [m], shape [N, 3].
@@ -77,16 +83,26 @@ def rerest_to_t_pose(mean: NDArray[np.float64], weights: NDArray[np.float64], re
     index = {name: k for k, name in enumerate(JOINT_NAMES)}
     rotations = np.tile(np.eye(3), (len(JOINT_NAMES), 1, 1))
     for k, name in enumerate(JOINT_NAMES):
+        side = 1.0 if name.startswith("left") else -1.0
         if name.endswith("_collar"):
-            side = 1.0 if name.startswith("left") else -1.0
-            rotations[k] = Rotation.from_rotvec([0.0, 0.0, side * CLAVICLE_LIFT], degrees=True).as_matrix()
+            rotations[k] = _turn_about_z(side * CLAVICLE_LIFT)
+        elif name.endswith("_hip"):
+            leg = joints[index[name.replace("hip", "ankle")]] - joints[k]
+            slope = np.degrees(np.arctan2(side * leg[0], -leg[1]))
+            rotations[k] = _turn_about_z(side * (LEG_SLOPE - slope))
+        elif name.endswith(("_ankle", "_foot")):
+            rotations[k] = np.eye(3)
         elif name in _LIMBS:
             child, direction = _LIMBS[name]
-            bone = joints[index[child]] - joints[k]
-            rotations[k] = _shortest_turn(bone, np.array(direction))
+            rotations[k] = _shortest_turn(joints[index[child]] - joints[k], np.array(direction))
         elif PARENTS[k] >= 0:
             rotations[k] = rotations[PARENTS[k]]
     return Rerest(rotations, weights, regressor)
+
+
+def _turn_about_z(degrees: float) -> NDArray[np.float64]:
+    """The rotation [3, 3] about the model's z axis, towards the left arm's rising for a positive angle."""
+    return Rotation.from_rotvec([0.0, 0.0, degrees], degrees=True).as_matrix()
 
 
 def _shortest_turn(source: NDArray[np.float64], target: NDArray[np.float64]) -> NDArray[np.float64]:
