@@ -1,0 +1,57 @@
+"""Content keys: what a task's result depends on, as a document, and the document's hash."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from collections.abc import Mapping
+from pathlib import PurePath
+from typing import Any
+
+from stages.spec import StageSpec, Task
+from store.schema import SCHEMAS
+
+
+def key_document(
+    spec: StageSpec,
+    *,
+    config: Mapping[str, Any],
+    params: Mapping[str, Any],
+    inputs: Mapping[str, Mapping[str, str]],
+    item: str,
+    seed: int,
+) -> dict[str, Any]:
+    """All that the result of one task depends on, as plain JSON.
+
+    Args:
+        spec: The stage.
+        config: The stage's own section of the recipe.
+        params: The item's parameters that the stage reads. One with a companion `<name>_sha256` names a file: the
+            file's name and content count, not the folder it lies in.
+        inputs: stage -> item -> key.
+        item: Item's id.
+        seed: Seed of the item's generator.
+    """
+    named = {name: PurePath(str(v)).name if params.get(f"{name}_sha256") else v for name, v in params.items()}
+    return {
+        "stage": spec.name,
+        "code_version": spec.code_version,
+        "schema": f"{spec.schema} v{SCHEMAS[spec.schema].version}",
+        "config": config,
+        "params": named,
+        "inputs": inputs,
+        "item": item,
+        "seed": seed,
+    }
+
+
+def document_of(spec: StageSpec, task: Task) -> dict[str, Any]:
+    """The key document of `task` under the stage's present code."""
+    inputs = {stage: {item: entry["key"] for item, entry in items.items()} for stage, items in task.inputs.items()}
+    return key_document(spec, config=task.config, params=task.params, inputs=inputs, item=task.item, seed=task.seed)
+
+
+def key_of(document: Mapping[str, Any]) -> str:
+    """sha256 [hex] of the document's canonical JSON."""
+    text = json.dumps(document, sort_keys=True, separators=(",", ":"), allow_nan=False)
+    return hashlib.sha256(text.encode()).hexdigest()
