@@ -19,7 +19,9 @@ DOME_DIRECTIONS = 48
 RAY_START = 2e-3
 KEY_AZIMUTH, KEY_ELEVATION = np.radians(-48.0), np.radians(44.0)
 KEY_SPREAD = np.radians(5.0)
-KEY_DIRECTIONS = 16
+KEY_DIRECTIONS = 8
+# How much light an open level surface takes from the dome, and one that faces the lamp from the lamp.
+DOME_SHARE, KEY_SHARE = 0.55, 0.80
 
 
 def fibonacci_sphere(count: int) -> Array:

@@ -1,0 +1,124 @@
+"""What stands behind the meshes: a bright backdrop, and a floor that shows their shadows and how fast it passes by."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from scipy.ndimage import gaussian_filter
+
+from stages.report.camera import Camera
+from stages.report.light import DOME_SHARE, KEY_SHARE, Occluded, bake_dome, key_light
+
+Array = NDArray[np.float64]
+
+# Light, not screen colours, at the top and at the bottom of the picture.
+TOP, BOTTOM = np.array([0.85, 0.87, 0.90]), np.array([0.60, 0.62, 0.65])
+CELL = 0.06  # [m]
+REACH = 1.6  # how far the floor goes beyond the meshes [m]
+# Shadows of the dome are wide; smoothing over this many cells hides that they are sums over few directions.
+BLUR = 1.5
+# Smoothing of the lamp's shadow [heights of the picture], counted in pixels of half the picture's size.
+SHADOW_BLUR = 1.0 / 400
+LINE_SPACING, LINE_WIDTH, LINE_DEPTH = 0.5, 0.008, 0.10  # [m], [m], share of the light taken
+# The floor takes less of the lamp than a surface that faces it, or its shadow would be the darkest thing in sight.
+KEY_ON_FLOOR = 0.55
+
+
+def backdrop(width: int, height: int) -> Array:
+    """The backdrop alone, as light, shape [height, width, 3]."""
+    down = ((np.arange(height) + 0.5) / height)[:, None, None]
+    return np.broadcast_to(TOP + (BOTTOM - TOP) * down, (height, width, 3)).copy()
+
+
+class Floor:
+    """A level floor under a scene, with the dome's shadows on it.
+
+    Args:
+        height: Height of the floor [m].
+        vertices: The scene's vertices [m], shape [V, 3].
+        occluded: Whether rays (origins, directions) hit the scene.
+    """
+
+    def __init__(self, height: float, vertices: Array, occluded: Occluded) -> None:
+        self.height = height
+        self.vertices = vertices
+        self.occluded = occluded
+        self.low = vertices[:, :2].min(0) - REACH
+        shape = np.ceil((vertices[:, :2].max(0) + REACH - self.low) / CELL).astype(int) + 1
+        x, y = (self.low[k] + CELL * np.arange(shape[k]) for k in range(2))
+        points = np.stack([*np.meshgrid(x, y, indexing="ij"), np.full(shape, height)], axis=-1).reshape(-1, 3)
+        up = np.broadcast_to([0.0, 0.0, 1.0], points.shape)
+        self.dome = gaussian_filter(bake_dome(points, up, occluded).reshape(shape), BLUR)
+
+    def darken(self, light: Array, camera: Camera, lamp: Array) -> None:
+        """Multiplies the picture `light`, shape [height, width, 3], by the floor's shadows and lines.
+
+        Args:
+            light: Picture as light; changed.
+            camera: The camera.
+            lamp: Directions to parts of the key lamp, shape [D, 3].
+        """
+        height, width, _ = light.shape
+        rows, columns = np.mgrid[0:height, 0:width]
+        directions = camera.directions(np.stack([columns.ravel(), rows.ravel()], 1) + 0.5, width, height)
+        position = np.asarray(camera.position)
+        below = np.flatnonzero(directions[:, 2] < -1e-3)
+        points = position + directions[below] * ((self.height - position[2]) / directions[below, 2])[:, None]
+        cell = (points[:, :2] - self.low) / CELL
+        last = np.array(self.dome.shape) - 1
+        inside = np.flatnonzero(np.all((cell >= 0.0) & (cell < last), axis=1))
+        below, points, cell = below[inside], points[inside], cell[inside]
+
+        dome = bilinear(self.dome, cell)
+        key = self._lamp_shadow(below, points, lamp, (height, width))
+        key_share = KEY_ON_FLOOR * KEY_SHARE
+        shadow = (DOME_SHARE * dome + key_share * key) / (DOME_SHARE + key_share)
+        # Where the lit grid ends, its shadows must have faded to nothing.
+        fade = np.clip(np.minimum(cell, last - cell).min(axis=1) * CELL / (0.5 * REACH), 0.0, 1.0)
+
+        # A line narrower than a pixel is drawn a pixel wide and paler.
+        pixel = np.linalg.norm(points - position, axis=1) * 2.0 * np.tan(0.5 * camera.field_of_view) / height
+        reach = (pixel / np.maximum(-directions[below, 2], 0.02))[:, None]
+        near = np.abs(points[:, :2] / LINE_SPACING - np.rint(points[:, :2] / LINE_SPACING)) * LINE_SPACING
+        cover = np.clip((0.5 * LINE_WIDTH + 0.5 * reach - near) / reach, 0.0, 1.0) * np.minimum(1.0, LINE_WIDTH / reach)
+        tone = (1.0 + fade * (shadow - 1.0)) * (1.0 - LINE_DEPTH * fade * cover.max(axis=1))
+        light.reshape(-1, 3)[below] *= tone[:, None]
+
+    def _lamp_shadow(self, pixels: NDArray[np.int64], points: Array, lamp: Array, shape: tuple[int, int]) -> Array:
+        """The lamp's light at floor points seen in `pixels` of a picture of `shape`, 1 where it is open, shape [N].
+
+        The shadow's border is wide, so it is traced at every other pixel of every other row and smoothed between.
+        """
+        row, column = pixels // shape[1], pixels % shape[1]
+        coarse = np.flatnonzero((row % 2 == 0) & (column % 2 == 0))
+        coarse = coarse[self._in_shadow_box(points[coarse], lamp)]
+        grid = np.ones(((shape[0] + 1) // 2, (shape[1] + 1) // 2))
+        up = np.broadcast_to([0.0, 0.0, 1.0], (len(coarse), 3))
+        open_light = lamp[:, 2].mean()
+        grid[row[coarse] // 2, column[coarse] // 2] = (
+            key_light(points[coarse], up, up, lamp, self.occluded) / open_light
+        )
+        return bilinear(
+            gaussian_filter(grid, SHADOW_BLUR * shape[0], mode="nearest"), np.stack([row, column], axis=1) / 2
+        )
+
+    def _in_shadow_box(self, points: Array, lamp: Array) -> NDArray[np.int64]:
+        """Which floor points lie in the rectangle along the lamp's direction that holds the scene's whole shadow."""
+        along = lamp[:, :2].mean(axis=0)
+        frame = np.stack([along, [-along[1], along[0]]]).T / np.linalg.norm(along)
+        rise = (self.vertices[:, 2] - self.height)[:, None]
+        thrown = np.concatenate([(self.vertices[:, :2] - rise * (d[:2] / d[2])) @ frame for d in lamp])
+        here = points[:, :2] @ frame
+        return np.flatnonzero(np.all((here >= thrown.min(0) - 0.01) & (here <= thrown.max(0) + 0.01), axis=1))
+
+
+def bilinear(grid: Array, cell: ArrayLike) -> Array:
+    """Values of `grid`, shape [I, J], between its nodes at fractional indices `cell`, shape [N, 2] -> [N].
+
+    Beyond the grid, its border goes on.
+    """
+    cell = np.clip(np.asarray(cell, dtype=float), 0.0, np.array(grid.shape) - 1.0)
+    i, j = np.minimum(np.floor(cell).astype(int), np.array(grid.shape) - 2).T
+    s, t = cell[:, 0] - i, cell[:, 1] - j
+    near, far = (1 - t) * grid[i, j] + t * grid[i, j + 1], (1 - t) * grid[i + 1, j] + t * grid[i + 1, j + 1]
+    return (1 - s) * near + s * far

@@ -1,0 +1,34 @@
+"""Settings of the stage report."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+
+@dataclass(frozen=True, kw_only=True)
+class ReportConfig:
+    """What the report shows, how large, and what it calls good."""
+
+    picture_width: int = field(default=360, metadata={"ge": 64, "le": 2048})
+    """Width of one view of a sequence [px]; a video shows two views side by side."""
+
+    picture_height: int = field(default=640, metadata={"ge": 64, "le": 2048})
+    """Height of one view of a sequence [px]."""
+
+    strip_frames: int = field(default=6, metadata={"ge": 1, "le": 24})
+    """Frames in the picture strip of a sequence."""
+
+    sequences: int = field(default=12, metadata={"ge": 0})
+    """Sequences shown at most, spread evenly over the dataset."""
+
+    statics: int = field(default=12, metadata={"ge": 0})
+    """Outfits at rest shown at most, spread evenly over the dataset."""
+
+    max_depth: float = field(default=1e-3, metadata={"ge": 0.0})
+    """Depth inside the body that a vertex of the cloth may reach [m]."""
+
+    stretch_limit: float = field(default=0.10, metadata={"gt": 0.0})
+    """Stretch beyond which an edge counts as stretched, as a share of its rest length."""
+
+    max_stretched: float = field(default=0.01, metadata={"ge": 0.0, "le": 1.0})
+    """Share of a garment's edges that may be stretched in its worst frame."""
