@@ -7,8 +7,9 @@ is z up. `pose` carries the turn between the two in its root rotation, as CLOTH3
 along +x.
 
 The embedded body has the same meaning of betas for both genders: +beta_1 is taller and larger, +beta_2 is fatter,
-beta_3 to beta_10 are the rest of human variation; one unit is one standard deviation among adults, and the range
-[-3, 3] is usable.
+beta_3 to beta_10 are the rest of human variation. One unit is one standard deviation among adults, less on the axes
+whose ends would otherwise fold the skin, so that each axis is usable over [-3, 3]: stature 1.40-1.86 m (female) and
+1.52-1.99 m (male) along beta_1, body mass index 17-28 and 17-31 kg/m^2 along beta_2.
 """
 
 from model.body.asset import GENDERS, load_body, load_free_body, save_body

@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike, NDArray
 from model.body.skinning import FRAMES_PER_CHUNK, joint_transforms, rotation_matrices, skin
 
 
-@dataclass(frozen=True, eq=False, kw_only=True)
+@dataclass(frozen=True, eq=False, repr=False, kw_only=True)
 class BodyModel:
     """A body: a template, what shape and pose do to it, and the skeleton that carries it.
 
@@ -56,6 +56,10 @@ class BodyModel:
         for name, shape in expected.items():
             if getattr(self, name).shape != shape:
                 raise ValueError(f"BodyModel.{name} must have shape {shape}, got {getattr(self, name).shape}")
+
+    def __repr__(self) -> str:
+        """Says which body this is, without its arrays."""
+        return f"BodyModel({self.gender}, {self.vertex_count} vertices, {self.beta_count} betas)"
 
     @property
     def vertex_count(self) -> int:

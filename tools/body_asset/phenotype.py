@@ -24,7 +24,7 @@ HEIGHT_SPREAD = 0.06
 """Standard deviation of the height parameter: a standard deviation of about 8 cm in stature."""
 
 FATNESS = {"female": (3.8, 2.5), "male": (2.1, 3.0)}
-"""Beta distribution of the fatness axis: mean BMI near 22 for both genders."""
+"""Beta distribution of the fatness axis: mean body mass index 22 and 24 kg/m^2."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -17,8 +17,9 @@ into them.
       python tools/build_body.py --wheel {wheel}
 
 What the build does: {population} random adults per gender; a linear basis of ten betas (stature, body mass index, then
-principal components of the rest, one standard deviation each); the rig's bones joined to SMPL's 24 joints; the A-pose
-turned to a T-pose, template and shape directions alike; the pelvis joint at the origin. Only the skin is kept.
+principal components of the rest; one unit is one standard deviation, less where three units would fold the skin); the
+rig's bones joined to SMPL's 24 joints; the A-pose turned to a T-pose, template and shape directions alike; the pelvis
+joint at the origin. Only the outer skin is kept, with the mouth and the eye sockets closed.
 
 ## Licence of the data
 
