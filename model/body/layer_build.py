@@ -10,14 +10,13 @@ from dataclasses import dataclass
 
 import igl
 import numpy as np
-import scipy.sparse as sp
 from numpy.typing import ArrayLike, NDArray
 
 from model.mesh.geometry import face_areas
 from model.mesh.remesh import remesh
 from model.mesh.split import split_along
 from model.mesh.strip import strip_faces
-from model.mesh.topology import border_loops, compact, largest_component_faces
+from model.mesh.topology import border_loops, border_vertices, compact, largest_component_faces
 
 Points = NDArray[np.float64]
 Faces = NDArray[np.int64]
@@ -25,11 +24,15 @@ Faces = NDArray[np.int64]
 HIP, KNEE, ANKLE, FOOT, NECK, HEAD, ELBOW, WRIST, HAND = 1, 4, 7, 10, 12, 15, 18, 20, 22
 """Joints of the left side and the midline that place the cuts (SMPL's numbers)."""
 
-NECK_CUT, WRIST_CUT, ANKLE_CUT = 0.6, 0.35, 0.25
+NECK_CUT, WRIST_CUT, ANKLE_CUT = 0.6, 0.35, 0.1
 """Where the cuts lie, as shares of neck -> head, wrist -> hand and ankle -> foot (along the shin)."""
 
 STRIP_WIDTH = 0.87
 """Width of the strip along the inner leg in edge lengths: the height of an equilateral triangle."""
+
+
+MIDLINE_REACH = 1.5e-3
+"""Border vertices this near to x = 0 lie on the midline [m]: more than bodies miss symmetry, less than an edge."""
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -56,18 +59,22 @@ class LayerMesh:
     """The whole layer as rows over the body's vertices.
 
     Attributes:
-        rows: Barycentric rows, shape [N, V].
+        corners: The body's vertices that each vertex lies between, shape [N, 3].
+        barycentric: Their weights, shape [N, 3].
         body_faces: Closed legs, shape [F, 3].
         skirt_faces: Joined legs, shape [G, 3].
         core_faces: The faces that both topologies share, shape [C, 3].
         mirror: The vertex opposite each vertex, itself on the midline, shape [N].
+        crotch: Height of the crotch [m].
     """
 
-    rows: sp.csr_matrix
+    corners: Faces
+    barycentric: Points
     body_faces: NDArray[np.int32]
     skirt_faces: NDArray[np.int32]
     core_faces: NDArray[np.int32]
     mirror: NDArray[np.int64]
+    crotch: float
 
 
 def build_layer_mesh(vertices: ArrayLike, faces: ArrayLike, joints: ArrayLike, vertex_count: int) -> LayerMesh:
@@ -95,18 +102,21 @@ def build_layer_mesh(vertices: ArrayLike, faces: ArrayLike, joints: ArrayLike, v
     joined = np.vstack([half.vertices, mirrored])
     bridges = np.vstack(
         [
-            strip_faces(joined, half.front, opposite[half.front]),
-            strip_faces(joined, opposite[half.back], half.back),
+            strip_faces(joined, opposite[half.front], half.front),
+            strip_faces(joined, half.back, opposite[half.back]),
         ]
     )
     mirror = np.empty(len(joined), dtype=np.int64)
     mirror[np.arange(count)], mirror[opposite] = opposite, np.arange(count)
+    corners, barycentric = closest_corners(joined, points, triangles)
     return LayerMesh(
-        rows=barycentric_rows(joined, points, triangles),
+        corners=corners,
+        barycentric=barycentric,
         body_faces=np.vstack([core, left_strip, opposite[left_strip][:, ::-1]]).astype(np.int32),
         skirt_faces=np.vstack([core, bridges]).astype(np.int32),
         core_faces=core.astype(np.int32),
         mirror=mirror,
+        crotch=float(half.vertices[half.front[0], 1]),
     )
 
 
@@ -118,29 +128,25 @@ def build_half(vertices: Points, faces: Faces, joints: Points, vertex_count: int
     edge = _edge_length(points, triangles, vertex_count)
     points, triangles = _open_strip(points, triangles, joints, STRIP_WIDTH * edge)
     points, triangles = remesh(points, triangles, edge)
-    midline = np.flatnonzero(np.abs(points[:, 0]) < 1e-7)
+    midline = np.flatnonzero(border_vertices(triangles, len(points)) & (np.abs(points[:, 0]) < MIDLINE_REACH))
     points[midline, 0] = 0.0
     front, back = _strip_borders(points, triangles, midline)
     return HalfLayer(vertices=points, faces=triangles, midline=midline, front=front, back=back)
 
 
-def barycentric_rows(queries: Points, vertices: Points, faces: Faces) -> sp.csr_matrix:
-    """Rows that give, for each query, the closest point of a mesh as a combination of its vertices, shape [Q, V]."""
+def closest_corners(queries: Points, vertices: Points, faces: Faces) -> tuple[Faces, Points]:
+    """The closest point of a mesh to each query: the face's corners [Q, 3] and the point's weights on them [Q, 3]."""
     _, index, closest = igl.point_mesh_squared_distance(queries, vertices, faces)
     corners = faces[index]
     weights = igl.barycentric_coordinates(
         np.ascontiguousarray(closest), *(np.ascontiguousarray(vertices[corners[:, k]]) for k in range(3))
     )
     weights = np.clip(weights, 0.0, None)
-    weights /= weights.sum(axis=1, keepdims=True)
-    row = np.repeat(np.arange(len(queries)), 3)
-    matrix = sp.csr_matrix((weights.reshape(-1), (row, corners.reshape(-1))), shape=(len(queries), len(vertices)))
-    matrix.eliminate_zeros()
-    return matrix
+    return corners, weights / weights.sum(axis=1, keepdims=True)
 
 
 def _cut_planes(joints: Points) -> list[tuple[Points, Points]]:
-    """Half-spaces to keep, as inward normal and a point of the plane: left half, below neck, before wrist, above ankle."""
+    """Half-spaces to keep, each its normal and a point: left half, below neck, before wrist, above ankle."""
     neck = joints[HEAD] - joints[NECK]
     forearm = joints[WRIST] - joints[ELBOW]
     shin = _unit(joints[ANKLE] - joints[KNEE])
@@ -179,6 +185,8 @@ def _open_strip(points: Points, faces: Faces, joints: Points, width: float) -> t
     def bone(at: Points, axis: int) -> Points:
         return np.asarray(np.interp(at[:, 1], chain[:, 1], chain[:, axis]))
 
+    # Split at the knee first: over each face the bone is then straight, and the strip's edges are exact.
+    points, faces, _ = split_along(points, faces, points[:, 1] - joints[KNEE, 1])
     for offset in (-0.5 * width, 0.5 * width):
         points, faces, _ = split_along(points, faces, points[:, 2] - bone(points, 2) - offset, snap=1e-5)
     centre = points[faces].mean(axis=1)

@@ -1,0 +1,1 @@
+"""Triangle meshes: connectivity, geometry, operators, remeshing; arrays in, arrays out."""
