@@ -117,8 +117,8 @@ def bilinear(grid: Array, cell: ArrayLike) -> Array:
 
     Beyond the grid, its border goes on.
     """
-    cell = np.clip(np.asarray(cell, dtype=float), 0.0, np.array(grid.shape) - 1.0)
-    i, j = np.minimum(np.floor(cell).astype(int), np.array(grid.shape) - 2).T
-    s, t = cell[:, 0] - i, cell[:, 1] - j
+    at = np.clip(np.asarray(cell, dtype=float), 0.0, np.array(grid.shape) - 1.0)
+    i, j = np.minimum(np.floor(at).astype(int), np.array(grid.shape) - 2).T
+    s, t = at[:, 0] - i, at[:, 1] - j
     near, far = (1 - t) * grid[i, j] + t * grid[i, j + 1], (1 - t) * grid[i + 1, j] + t * grid[i + 1, j + 1]
     return (1 - s) * near + s * far

@@ -32,3 +32,7 @@ class ReportConfig:
 
     max_stretched: float = field(default=0.01, metadata={"ge": 0.0, "le": 1.0})
     """Share of a garment's edges that may be stretched in its worst frame."""
+
+    def __post_init__(self) -> None:
+        if self.picture_height % 2:
+            raise ValueError(f"picture_height must be even, which videos need, got {self.picture_height}")

@@ -13,10 +13,10 @@ Picture = NDArray[np.uint8]
 
 # One thread and "bitexact": no version, date or thread-dependent decision gets into the file. Colours are declared,
 # or browsers guess the matrix from the height of the picture.
-OPTIONS = (
-    "-vf scale=out_color_matrix=bt709:out_range=tv -colorspace bt709 -color_primaries bt709 -color_trc bt709 "
-    "-preset medium -crf 21 -threads 1 -fflags +bitexact -flags:v +bitexact -map_metadata -1 -movflags +faststart"
-).split()
+COLOURS = {"colorspace": "bt709", "color_primaries": "bt709", "color_trc": "bt709"}
+ENCODER = {"preset": "medium", "crf": "21", "threads": "1", "movflags": "+faststart"}
+EXACT = {"fflags": "+bitexact", "flags:v": "+bitexact", "map_metadata": "-1"}
+OPTIONS = {"vf": "scale=out_color_matrix=bt709:out_range=tv", **COLOURS, **ENCODER, **EXACT}
 
 
 def write_film(path: Path, pictures: Iterable[Picture], width: int, height: int, fps: float) -> int:
@@ -47,7 +47,7 @@ def write_film(path: Path, pictures: Iterable[Picture], width: int, height: int,
         quality=None,
         macro_block_size=2,
         ffmpeg_log_level="error",
-        output_params=list(OPTIONS),
+        output_params=[word for name, value in OPTIONS.items() for word in (f"-{name}", value)],
     )
     writer.send(None)
     count = 0

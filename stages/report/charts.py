@@ -1,0 +1,48 @@
+"""Curves for the page, as SVG that takes the page's own colours."""
+
+from __future__ import annotations
+
+import io
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import matplotlib
+
+matplotlib.use("Agg")
+import matplotlib.pyplot as plt
+
+# Stand-ins that become CSS: the page is read in the light and in the dark.
+INK, FAINT = "#010203", "#040506"
+CURVES = ("#d1603d", "#3f7cac", "#5b9279", "#8f6bb0")
+
+
+def loss_curves(curves: Mapping[str, tuple[Sequence[float], Sequence[float]]]) -> str:
+    """Training losses over steps on a logarithmic scale.
+
+    Args:
+        curves: Name -> (steps, losses); points that are not positive are left out by the scale.
+
+    Returns:
+        An <svg> element, equal for equal curves.
+    """
+    settings: Any = {"svg.hashsalt": "clothmill", "svg.fonttype": "none", "font.family": "sans-serif", "font.size": 9}
+    with matplotlib.rc_context(settings):
+        figure, axes = plt.subplots(figsize=(7.2, 2.6))
+        for (name, (steps, losses)), colour in zip(curves.items(), CURVES * len(curves)):
+            axes.plot(steps, losses, color=colour, linewidth=1.6, label=name)
+        axes.set_yscale("log")
+        axes.set_xlabel("optimiser step", color=INK)
+        axes.set_ylabel("loss", color=INK)
+        axes.tick_params(colors=INK, which="both", length=3)
+        axes.grid(True, color=FAINT, linewidth=0.6, which="major")
+        for side, spine in axes.spines.items():
+            spine.set_visible(side in ("left", "bottom"))
+            spine.set_color(FAINT)
+        axes.legend(frameon=False, labelcolor=INK)
+        figure.tight_layout()
+        text = io.StringIO()
+        figure.savefig(text, format="svg", transparent=True, metadata={"Date": None, "Creator": None})
+        plt.close(figure)
+    svg = text.getvalue()
+    svg = svg[svg.index("<svg") :]
+    return svg.replace(INK, "var(--ink)").replace(FAINT, "var(--line)")

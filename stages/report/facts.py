@@ -1,0 +1,138 @@
+"""Words and numbers for the page: quality badges, cards and tables."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from stages.report.config import ReportConfig
+from stages.report.gather import Person
+from stages.report.quality import Figures, measure
+
+# What the columns of the metrics table are called, in their order; other numbers follow under their own names.
+COLUMNS = {
+    "surface_mm": "surface [mm]",
+    "normals_rad": "normals [rad]",
+    "mask_iou": "mask IoU",
+    "kl": "KL",
+}
+
+
+@dataclass(frozen=True, kw_only=True)
+class Badge:
+    """One requirement, what was measured and whether it holds."""
+
+    name: str
+    value: str
+    limit: str
+    passed: bool
+
+
+@dataclass(frozen=True, kw_only=True)
+class Table:
+    """A table as text; `best` marks the cells that win their column."""
+
+    title: str
+    header: list[str]
+    rows: list[list[str]]
+    best: set[tuple[int, int]]
+
+
+def measure_person(person: Person, config: ReportConfig) -> dict[str, Figures]:
+    """The figures of each garment of a simulated person."""
+    return {
+        garment.name: measure(
+            garment.vertices, garment.rest, garment.faces, person.vertices, person.faces, config.stretch_limit
+        )
+        for garment in person.garments
+    }
+
+
+def badges(figures: Mapping[str, Figures], config: ReportConfig) -> list[Badge]:
+    """Whether a simulated sequence is good, by figures measured here."""
+    finite = all(f.finite for f in figures.values())
+    # NaN, where something is not finite, fails every comparison.
+    depth = float(np.max([f.depth.max() for f in figures.values()]))
+    stretched = float(np.max([f.stretched.max() for f in figures.values()]))
+    return [
+        Badge(name="finite", value="yes" if finite else "no", limit="every coordinate", passed=finite),
+        Badge(
+            name="depth in body",
+            value=f"{1e3 * depth:.2f} mm",
+            limit=f"at most {1e3 * config.max_depth:g} mm",
+            passed=depth <= config.max_depth,
+        ),
+        Badge(
+            name=f"edges > {100 * config.stretch_limit:g} %",
+            value=f"{100 * stretched:.2f} %",
+            limit=f"at most {100 * config.max_stretched:g} % in the worst frame",
+            passed=stretched <= config.max_stretched,
+        ),
+    ]
+
+
+def signed(values: Any) -> str:
+    """Numbers with their signs, such as "+0.5  -1.2"."""
+    return "  ".join(f"{float(v):+.2f}" for v in values)
+
+
+def card(person: Person, figures: Mapping[str, Figures]) -> list[tuple[str, str]]:
+    """What a sequence is, as label and value."""
+    body, frames = person.body, len(person.pose)
+    rows = [
+        ("motion", f"{body['action']} ({body['motion']})" if body["action"] != body["motion"] else str(body["motion"])),
+        ("length", f"{frames} frames, {frames / float(body['fps']):.1f} s at {float(body['fps']):g} fps"),
+        ("betas", signed(person.betas)),
+        ("tightness", signed(person.outfit["tightness"])),
+    ]
+    for garment in person.garments:
+        seen = figures[garment.name]
+        stretch = f"stretch p99 {100 * seen.stretch_p99:.1f} %, max {100 * seen.stretch_max:.1f} %"
+        rows.append((garment.name, f"{garment.fabric}, {len(garment.rest):,} vertices; {stretch}"))
+    solver = person.simulation.get("quality", {})
+    rows += [(name.replace("_", " "), number(value)) for name, value in solver.items() if _is_number(value)]
+    return rows
+
+
+def number(value: float) -> str:
+    """A number with four digits that matter."""
+    return f"{value:,}" if isinstance(value, int) else f"{value:.4g}"
+
+
+def metric_tables(rows: Sequence[Mapping[str, Any]]) -> list[Table]:
+    """One table for each set of the metrics ("static", "sequence"), with the best of each column marked.
+
+    Args:
+        rows: Scores; each has "model", "set", perhaps "held_out" and "items", and numbers.
+    """
+    tables = []
+    for kind in dict.fromkeys(str(row["set"]) for row in rows):
+        chosen = [row for row in rows if str(row["set"]) == kind]
+        extra = [k for row in chosen for k, v in row.items() if _is_number(v) and k not in COLUMNS and k != "items"]
+        names = [k for k in (*COLUMNS, *dict.fromkeys(extra)) if any(_is_number(row.get(k)) for row in chosen)]
+        cells = [[number(float(row[k])) if _is_number(row.get(k)) else "–" for k in names] for row in chosen]
+        best = set()
+        for j, name in enumerate(names):
+            values = {i: float(row[name]) for i, row in enumerate(chosen) if _is_number(row.get(name))}
+            if name != "kl" and len(values) > 1:
+                pick = max if name == "mask_iou" else min
+                best |= {(i, j + 1) for i, value in values.items() if value == pick(values.values())}
+        held_out = all(row.get("held_out", False) for row in chosen)
+        items = f"{chosen[0]['items']} " if "items" in chosen[0] else ""
+        where = f"{items}held-out items" if held_out else f"{items}training items: none was held out"
+        tables.append(
+            Table(
+                title=f"{kind}: {where}",
+                header=["model", *(COLUMNS.get(k, k.replace("_", " ")) for k in names)],
+                rows=[[str(row["model"]), *line] for row, line in zip(chosen, cells)],
+                best=best,
+            )
+        )
+    return tables
+
+
+def _is_number(value: Any) -> bool:
+    return isinstance(value, int | float) and not isinstance(value, bool)
