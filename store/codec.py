@@ -32,7 +32,8 @@ def encode(values: np.ndarray, dtype: str, quantum: float) -> np.ndarray:
     else:
         target = np.dtype(dtype).newbyteorder("<")
     if target.kind == "f" and values.dtype.kind in "fiu":
-        stored = values.astype(target)
+        with np.errstate(over="ignore"):  # what overflows is infinite, and refused
+            stored = values.astype(target)
         _refuse_non_finite(stored)
     elif target.kind in "iu" and values.dtype.kind in "iu":
         _refuse_overflow(values, np.iinfo(target), 1.0)

@@ -1,0 +1,68 @@
+"""The recipe's section `[dataset]`: which people, motions and outfits there are."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+OUTFITS = ("tshirt+trousers", "top+trousers", "tshirt+skirt", "top+skirt", "jumpsuit", "dress")
+GENDERS = ("female", "male")
+
+
+@dataclass(frozen=True, kw_only=True)
+class SequenceEntry:
+    """One `[[dataset.sequence]]`: a person, a motion and an outfit."""
+
+    id: str
+    """Name of the item: letters, digits, `_`, `-` and `.`."""
+    gender: str = field(metadata={"choices": GENDERS})
+    """Gender of the body."""
+    motion: str
+    """Name of an embedded motion, or path of a BVH file."""
+    outfit: str = field(default="random", metadata={"choices": (*OUTFITS, "random")})
+    """Kind of outfit."""
+    start: int = field(default=0, metadata={"ge": 0})
+    """First frame of the motion, at 30 fps [frames]."""
+    frames: int = field(default=60, metadata={"ge": 1})
+    """Number of frames, at 30 fps [frames]."""
+    split: str = field(default="", metadata={"choices": ("", "train", "test")})
+    """Part of the dataset; left out, it is drawn."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Dataset:
+    """What the dataset consists of; every random choice follows from `seed` and the item's id alone."""
+
+    name: str
+    """Name of the dataset."""
+    output: str = ""
+    """Folder for everything made; `build/<name>` if left out."""
+    seed: int = field(default=0, metadata={"ge": 0})
+    """Seed of every random choice."""
+    sequence: tuple[SequenceEntry, ...] = ()
+    """Sequences given one by one."""
+    sequences: int = field(default=0, metadata={"ge": 0})
+    """Number of sequences to draw from `motions`, besides those given."""
+    motions: str = ""
+    """Folder of BVH files, or a pattern such as `motion/*_walk.bvh`."""
+    frames: int = field(default=300, metadata={"ge": 1})
+    """Length of a drawn sequence, at 30 fps [frames]; a clip is cut into as many as it has, the last one shorter."""
+    shortest: int = field(default=30, metadata={"ge": 1})
+    """Shortest rest of a clip that is kept as a sequence [frames]."""
+    statics: int = field(default=0, metadata={"ge": 0})
+    """Number of static people: in rest pose, for the static model."""
+    female_share: float = field(default=0.5, metadata={"ge": 0, "le": 1})
+    """Share of female bodies among drawn items [1]."""
+    outfits: tuple[str, ...] = field(default=OUTFITS, metadata={"choices": OUTFITS})
+    """Kinds of outfit that drawn items wear."""
+    test_share: float = field(default=0.2, metadata={"ge": 0, "lt": 1})
+    """Share of each kind of item that is held out for testing [1]."""
+    tolerated_rejections: float = field(default=0.0, metadata={"ge": 0, "lt": 1})
+    """Share of items that may be rejected for bad data before the dataset isn't trained on any more [1]."""
+
+    def __post_init__(self) -> None:
+        if not self.sequence and not self.sequences and not self.statics:
+            raise ValueError("there are no items: give [[dataset.sequence]], sequences and motions, or statics")
+        if self.sequences and not self.motions:
+            raise ValueError(f"motions is missing: sequences = {self.sequences} are drawn from a folder of BVH files")
+        if not self.outfits:
+            raise ValueError("outfits must name one kind at least, got []")

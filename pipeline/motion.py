@@ -1,0 +1,116 @@
+"""What planning must know of a motion file: that it is one, how long it is, and its hash. Not its contents' meaning."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import math
+from dataclasses import dataclass
+from pathlib import Path
+
+from pipeline.errors import PipelineError
+from store.atomic import replace_file
+
+FPS = 30  # frames per second of everything made
+
+
+@dataclass(frozen=True)
+class Motion:
+    """A motion file.
+
+    Attributes:
+        path: Absolute path.
+        sha256: Hash of its content, in hex.
+        frames: Number of frames at 30 fps.
+    """
+
+    path: Path
+    sha256: str
+    frames: int
+
+
+class MotionFiles:
+    """Reads motion files, each once: sizes, times and results are kept in a cache file between runs."""
+
+    def __init__(self, cache: Path) -> None:
+        self._cache = cache
+        self._known: dict[str, list[int | str]] = {}
+        self._changed = False
+        try:
+            self._known = json.loads(cache.read_text())
+        except (OSError, ValueError):
+            self._changed = True  # no cache, or none that can be read: it is written anew
+
+    def __call__(self, path: Path | str, where: str) -> Motion:
+        """The motion at `path`, which `where` in the recipe asks for.
+
+        Raises:
+            PipelineError: It's missing, empty, truncated or no BVH file; one line.
+        """
+        path = Path(path).absolute()
+        try:
+            about = path.stat()
+        except OSError as error:
+            raise PipelineError(f"{where}: {path}: {error.strerror}; name an existing BVH file") from None
+        stamp = [about.st_size, about.st_mtime_ns]
+        entry = self._known.get(str(path))
+        if entry is None or entry[:2] != stamp:
+            motion = read_motion(path, where)
+            self._known[str(path)] = [*stamp, motion.sha256, motion.frames]
+            self._changed = True
+            return motion
+        return Motion(path, str(entry[2]), int(entry[3]))
+
+    def save(self) -> None:
+        """Write the cache, if there is something new in it."""
+        if self._changed and self._known:
+            replace_file(self._cache, json.dumps(self._known).encode())
+
+
+def read_motion(path: Path, where: str) -> Motion:
+    """Check that `path` is a whole BVH file and count its frames at 30 fps.
+
+    Raises:
+        PipelineError: It can't be read, or is empty, truncated or no BVH file; one line.
+    """
+    try:
+        content = path.read_bytes()
+    except OSError as error:
+        raise PipelineError(f"{where}: {path}: {error.strerror}; name an existing BVH file") from None
+    problem = ""
+    frames = 0
+    try:
+        frames = _frames(content.decode("ascii", errors="replace"))
+    except ValueError as error:
+        problem = str(error)
+    if problem:
+        raise PipelineError(f"{where}: {path}: {problem}; name a whole BVH file")
+    return Motion(path, hashlib.sha256(content).hexdigest(), frames)
+
+
+def _frames(text: str) -> int:
+    if not text.strip():
+        raise ValueError("the file is empty")
+    head, found, body = text.partition("MOTION")
+    if not head.lstrip().startswith("HIERARCHY"):
+        raise ValueError(f"not BVH: it must start with HIERARCHY, got {text.lstrip()[:20]!r}")
+    if not found:
+        raise ValueError("truncated: it has no MOTION part")
+    lines = [line.split() for line in body.splitlines() if line.strip()]
+    try:
+        frames, frame_time = int(lines[0][-1]), float(lines[1][-1])
+        named = lines[0][0] == "Frames:" and lines[1][:2] == ["Frame", "Time:"]
+    except (IndexError, ValueError):
+        named = False
+    if not named:
+        raise ValueError("truncated: MOTION must go on with 'Frames:' and 'Frame Time:'")
+    if frames < 1 or not 0 < frame_time < 1:
+        raise ValueError(f"Frames must be >= 1 and Frame Time between 0 and 1 s, got {frames} and {frame_time}")
+    if len(lines) - 2 < frames:
+        raise ValueError(f"truncated: {frames} frames are announced, {len(lines) - 2} are there")
+    words = head.split()
+    channels = sum(int(words[i + 1]) for i, word in enumerate(words[:-1]) if word == "CHANNELS")
+    if len(lines[frames + 1]) < channels:
+        raise ValueError(f"truncated: the last frame has {len(lines[frames + 1])} of {channels} numbers")
+    # Frame i lies at i * frame_time; the tolerance keeps 1/120 s written as 0.0083333 from losing a frame.
+    return math.floor((frames - 1) * frame_time * FPS + 1e-3) + 1

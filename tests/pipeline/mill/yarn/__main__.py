@@ -1,0 +1,5 @@
+"""Runs the stage as a program."""
+
+from stages.worker import main
+
+main("yarn", package="mill")
