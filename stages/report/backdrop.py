@@ -17,8 +17,8 @@ CELL = 0.06  # [m]
 REACH = 1.6  # how far the floor goes beyond the meshes [m]
 # Shadows of the dome are wide; smoothing over this many cells hides that they are sums over few directions.
 BLUR = 1.5
-# Smoothing of the lamp's shadow [heights of the picture], counted in pixels of half the picture's size.
-SHADOW_BLUR = 1.0 / 400
+# Smoothing of the lamp's shadow [traced pixels].
+SHADOW_BLUR = 1.6
 LINE_SPACING, LINE_WIDTH, LINE_DEPTH = 0.5, 0.008, 0.10  # [m], [m], share of the light taken
 # The floor takes less of the lamp than a surface that faces it, or its shadow would be the darkest thing in sight.
 KEY_ON_FLOOR = 0.55
@@ -59,48 +59,50 @@ class Floor:
             lamp: Directions to parts of the key lamp, shape [D, 3].
         """
         height, width, _ = light.shape
-        rows, columns = np.mgrid[0:height, 0:width]
-        directions = camera.directions(np.stack([columns.ravel(), rows.ravel()], 1) + 0.5, width, height)
         position = np.asarray(camera.position)
-        below = np.flatnonzero(directions[:, 2] < -1e-3)
-        points = position + directions[below] * ((self.height - position[2]) / directions[below, 2])[:, None]
-        cell = (points[:, :2] - self.low) / CELL
-        last = np.array(self.dome.shape) - 1
-        inside = np.flatnonzero(np.all((cell >= 0.0) & (cell < last), axis=1))
-        below, points, cell = below[inside], points[inside], cell[inside]
+        # The camera doesn't roll: a whole row looks up or down.
+        middle = np.stack([np.full(height, 0.5 * width), np.arange(height) + 0.5], axis=1)
+        first = int(np.count_nonzero(camera.directions(middle, width, height)[:, 2] > -1e-2))
+        if first == height or self.height >= position[2]:
+            return
+        rows, columns = np.mgrid[first:height, 0:width]
+        directions = camera.directions(np.stack([columns.ravel(), rows.ravel()], axis=1) + 0.5, width, height)
+        distance = (self.height - position[2]) / directions[:, 2]
+        points = position[:2] + directions[:, :2] * distance[:, None]
 
-        dome = bilinear(self.dome, cell)
-        key = self._lamp_shadow(below, points, lamp, (height, width))
+        cell = (points - self.low) / CELL
+        last = np.array(self.dome.shape) - 1
+        dome = bilinear(self.dome, cell).reshape(rows.shape)
+        key = self._lamp_shadow(points.reshape(*rows.shape, 2), lamp)
         key_share = KEY_ON_FLOOR * KEY_SHARE
         shadow = (DOME_SHARE * dome + key_share * key) / (DOME_SHARE + key_share)
         # Where the lit grid ends, its shadows must have faded to nothing.
-        fade = np.clip(np.minimum(cell, last - cell).min(axis=1) * CELL / (0.5 * REACH), 0.0, 1.0)
+        inside = np.minimum(np.minimum(cell[:, 0], last[0] - cell[:, 0]), np.minimum(cell[:, 1], last[1] - cell[:, 1]))
+        fade = np.clip(inside * (CELL / (0.5 * REACH)), 0.0, 1.0).reshape(rows.shape)
 
         # A line narrower than a pixel is drawn a pixel wide and paler.
-        pixel = np.linalg.norm(points - position, axis=1) * 2.0 * np.tan(0.5 * camera.field_of_view) / height
-        reach = (pixel / np.maximum(-directions[below, 2], 0.02))[:, None]
-        near = np.abs(points[:, :2] / LINE_SPACING - np.rint(points[:, :2] / LINE_SPACING)) * LINE_SPACING
+        pixel = distance * (2.0 * np.tan(0.5 * camera.field_of_view) / height)
+        reach = (pixel / -directions[:, 2])[:, None]
+        near = np.abs(points / LINE_SPACING - np.rint(points / LINE_SPACING)) * LINE_SPACING
         cover = np.clip((0.5 * LINE_WIDTH + 0.5 * reach - near) / reach, 0.0, 1.0) * np.minimum(1.0, LINE_WIDTH / reach)
-        tone = (1.0 + fade * (shadow - 1.0)) * (1.0 - LINE_DEPTH * fade * cover.max(axis=1))
-        light.reshape(-1, 3)[below] *= tone[:, None]
+        lines = np.maximum(cover[:, 0], cover[:, 1]).reshape(rows.shape)
+        light[first:] *= ((1.0 + fade * (shadow - 1.0)) * (1.0 - LINE_DEPTH * fade * lines))[:, :, None]
 
-    def _lamp_shadow(self, pixels: NDArray[np.int64], points: Array, lamp: Array, shape: tuple[int, int]) -> Array:
-        """The lamp's light at floor points seen in `pixels` of a picture of `shape`, 1 where it is open, shape [N].
+    def _lamp_shadow(self, points: Array, lamp: Array) -> Array:
+        """The lamp's light at floor points seen in neighbouring pixels, [R, C, 2] -> [R, C]; 1 where it is open.
 
         The shadow's border is wide, so it is traced at every other pixel of every other row and smoothed between.
         """
-        row, column = pixels // shape[1], pixels % shape[1]
-        coarse = np.flatnonzero((row % 2 == 0) & (column % 2 == 0))
-        coarse = coarse[self._in_shadow_box(points[coarse], lamp)]
-        grid = np.ones(((shape[0] + 1) // 2, (shape[1] + 1) // 2))
-        up = np.broadcast_to([0.0, 0.0, 1.0], (len(coarse), 3))
-        open_light = lamp[:, 2].mean()
-        grid[row[coarse] // 2, column[coarse] // 2] = (
-            key_light(points[coarse], up, up, lamp, self.occluded) / open_light
-        )
-        return bilinear(
-            gaussian_filter(grid, SHADOW_BLUR * shape[0], mode="nearest"), np.stack([row, column], axis=1) / 2
-        )
+        coarse = points[::2, ::2]
+        flat = coarse.reshape(-1, 2)
+        shaded = self._in_shadow_box(flat, lamp)
+        at = np.concatenate([flat[shaded], np.full((len(shaded), 1), self.height)], axis=1)
+        up = np.broadcast_to([0.0, 0.0, 1.0], at.shape)
+        light = np.ones(len(flat))
+        light[shaded] = key_light(at, up, up, lamp, self.occluded) / lamp[:, 2].mean()
+        smooth = gaussian_filter(light.reshape(coarse.shape[:2]), SHADOW_BLUR, mode="nearest")
+        cell = np.indices(points.shape[:2]).reshape(2, -1).T / 2
+        return bilinear(smooth, cell).reshape(points.shape[:2])
 
     def _in_shadow_box(self, points: Array, lamp: Array) -> NDArray[np.int64]:
         """Which floor points lie in the rectangle along the lamp's direction that holds the scene's whole shadow."""
@@ -108,7 +110,7 @@ class Floor:
         frame = np.stack([along, [-along[1], along[0]]]).T / np.linalg.norm(along)
         rise = (self.vertices[:, 2] - self.height)[:, None]
         thrown = np.concatenate([(self.vertices[:, :2] - rise * (d[:2] / d[2])) @ frame for d in lamp])
-        here = points[:, :2] @ frame
+        here = points @ frame
         return np.flatnonzero(np.all((here >= thrown.min(0) - 0.01) & (here <= thrown.max(0) + 0.01), axis=1))
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 Array = NDArray[np.float64]
 
@@ -53,7 +53,7 @@ class Camera:
         right = right / np.linalg.norm(right)
         return np.stack([right, np.cross(right, forward), forward])
 
-    def directions(self, pixels: Array, width: int, height: int) -> Array:
+    def directions(self, pixels: ArrayLike, width: int, height: int) -> NDArray[np.float32]:
         """Unit directions through points of the picture.
 
         Args:
@@ -64,13 +64,14 @@ class Camera:
         Returns:
             Directions from `position`, shape [N, 3].
         """
+        at = np.asarray(pixels, dtype=float)
+        right, up, forward = self.axes().astype(np.float32)
         scale = 2.0 * np.tan(0.5 * self.field_of_view) / height
-        plane = np.empty((len(pixels), 3))
-        plane[:, 0] = (pixels[:, 0] - 0.5 * width) * scale
-        plane[:, 1] = (0.5 * height - pixels[:, 1]) * scale
-        plane[:, 2] = 1.0
-        plane /= np.linalg.norm(plane, axis=1, keepdims=True)
-        return plane @ self.axes()
+        across = ((at[:, 0] - 0.5 * width) * scale).astype(np.float32)
+        rise = ((0.5 * height - at[:, 1]) * scale).astype(np.float32)
+        inverse = 1.0 / np.sqrt(1.0 + across * across + rise * rise)
+        columns = [(across * right[k] + rise * up[k] + forward[k]) * inverse for k in range(3)]
+        return np.stack(columns, axis=1)
 
     def project(self, points: Array, width: int, height: int) -> Array:
         """Where points of the world [m], shape [N, 3], fall in the picture [px], shape [N, 2]."""

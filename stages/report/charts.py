@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+import re
 from collections.abc import Mapping, Sequence
 from typing import Any
 
@@ -23,8 +24,10 @@ def loss_curves(curves: Mapping[str, tuple[Sequence[float], Sequence[float]]]) -
         curves: Name -> (steps, losses); points that are not positive are left out by the scale.
 
     Returns:
-        An <svg> element, equal for equal curves.
+        An <svg> element, equal for equal curves; empty if there is no curve.
     """
+    if not curves:
+        return ""
     settings: Any = {"svg.hashsalt": "clothmill", "svg.fonttype": "none", "font.family": "sans-serif", "font.size": 9}
     with matplotlib.rc_context(settings):
         figure, axes = plt.subplots(figsize=(7.2, 2.6))
@@ -44,5 +47,6 @@ def loss_curves(curves: Mapping[str, tuple[Sequence[float], Sequence[float]]]) -
         figure.savefig(text, format="svg", transparent=True, metadata={"Date": None, "Creator": None})
         plt.close(figure)
     svg = text.getvalue()
-    svg = svg[svg.index("<svg") :]
+    # Inside HTML an <svg> needs neither its prologue nor the addresses of its namespaces.
+    svg = re.sub(r"<metadata>.*?</metadata>|\s?xmlns(:\w+)?=\"[^\"]*\"", "", svg[svg.index("<svg") :], flags=re.DOTALL)
     return svg.replace(INK, "var(--ink)").replace(FAINT, "var(--line)")

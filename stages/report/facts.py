@@ -134,5 +134,10 @@ def metric_tables(rows: Sequence[Mapping[str, Any]]) -> list[Table]:
     return tables
 
 
+def loss_series(losses: Mapping[str, Mapping[str, Sequence[float]]]) -> dict[str, tuple[list[float], list[float]]]:
+    """Steps and total losses of each network, from `{network: {"step": [...], "total": [...], ...}}`."""
+    return {name.upper(): (list(seen["step"]), list(seen["total"])) for name, seen in losses.items()}
+
+
 def _is_number(value: Any) -> bool:
     return isinstance(value, int | float) and not isinstance(value, bool)

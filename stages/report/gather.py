@@ -57,8 +57,7 @@ class Person:
             Surface(
                 vertices=garment.vertices + shift,
                 faces=garment.faces,
-                colour=fabric_colour(garment.fabric, f"{self.item}/{garment.name}"),
-                gloss=0.0,
+                cloth=fabric_colour(garment.fabric, f"{self.item}/{garment.name}"),
             )
             for garment in self.garments
         ]
@@ -115,9 +114,7 @@ def read_training(task: Task) -> tuple[Mapping[str, Any], list[Generated]]:
         prefix = f"generated/{name}"
         body = Surface(vertices=shard[f"{prefix}/body_vertices"][None], faces=shard[f"{prefix}/body_faces"])
         colour = fabric_colour(str(about.get("fabric", "")), name)
-        worn = Surface(
-            vertices=shard[f"{prefix}/vertices"][None], faces=shard[f"{prefix}/faces"], colour=colour, gloss=0.0
-        )
+        worn = Surface(vertices=shard[f"{prefix}/vertices"][None], faces=shard[f"{prefix}/faces"], cloth=colour)
         made.append(Generated(name=name, about=about, surfaces=[body, worn]))
     return shard.attrs, made
 

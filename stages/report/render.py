@@ -14,7 +14,6 @@ from embreex.rtcore_scene import EmbreeScene  # type: ignore[import-untyped]
 from numpy.typing import ArrayLike, NDArray
 
 from model.mesh.geometry import face_normals, vertex_normals
-from model.mesh.topology import border_halfedges
 from stages.report.backdrop import Floor, backdrop
 from stages.report.camera import Camera
 from stages.report.light import DOME_SHARE, KEY_SHARE, bake_dome, key_directions, key_light
@@ -38,6 +37,7 @@ class Mesh:
         faces: Triangles, counter-clockwise seen from outside, shape [F, 3].
         colour: Red, green and blue as on the screen (sRGB), each 0 to 1.
         smooth: Shade with normals interpolated from the vertices; False shows every triangle flat.
+        closed: The surface has no border: its inside is never seen and gets no light.
         gloss: Strength of a soft highlight: 0 for cloth, about 0.05 for skin.
     """
 
@@ -45,6 +45,7 @@ class Mesh:
     faces: ArrayLike
     colour: tuple[float, float, float] = (0.72, 0.72, 0.74)
     smooth: bool = True
+    closed: bool = False
     gloss: float = 0.0
 
 
@@ -71,10 +72,9 @@ class Studio:
         self.scene = EmbreeScene()
         TriangleMesh(self.scene, self.vertices.astype(np.float32), self.faces)
         self.dome_outside = bake_dome(self.vertices, self.normals, self._occluded)
-        # Only what has a border can show its inside.
         self.dome_inside = np.zeros(len(self.vertices))
         for mesh, start, stop in zip(meshes, counts[:-1], counts[1:]):
-            if len(border_halfedges(mesh.faces)) > 0:
+            if not mesh.closed:
                 part = slice(start, stop)
                 self.dome_inside[part] = bake_dome(self.vertices[part], -self.normals[part], self._occluded)
         self.floor = None if floor is None else Floor(floor, self.vertices, self._occluded)
@@ -127,10 +127,10 @@ class Studio:
         window[:] = flat.reshape(window.shape)
         return screen(light)
 
-    def _look(self, camera: Camera, directions: Array) -> View:
+    def _look(self, camera: Camera, directions: NDArray[np.float32]) -> View:
         """What rays from the camera meet first."""
         origins = np.broadcast_to(np.asarray(camera.position, dtype=np.float32), directions.shape)
-        hits = self.scene.run(np.ascontiguousarray(origins), directions.astype(np.float32), output=1)
+        hits = self.scene.run(np.ascontiguousarray(origins), directions, output=1)
         return View(directions, hits["primID"], hits["tfar"], hits["u"], hits["v"])
 
     def _outline(self, view: View, shape: tuple[int, ...]) -> NDArray[np.bool_]:
@@ -153,7 +153,7 @@ class Studio:
         weights = np.stack([1.0 - u - v, u, v], axis=1)
         corner, owner = self.faces[face], self.owner[face]
         points = np.einsum("nk,nkc->nc", weights, self.vertices[corner])
-        back = -view.directions[rays]
+        back = -view.directions[rays].astype(np.float64)
 
         flat = self.face_normals[face]
         side = np.where(np.einsum("nc,nc->n", flat, back) >= 0.0, 1.0, -1.0)
@@ -173,7 +173,7 @@ class Studio:
 class View:
     """What rays meet first: `directions` [N, 3]; `face` (-1 for none), `distance` [m] and barycentric `u`, `v`, [N]."""
 
-    directions: Array
+    directions: NDArray[np.float32]
     face: NDArray[np.int32]
     distance: NDArray[np.float32]
     u: NDArray[np.float32]

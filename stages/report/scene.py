@@ -27,16 +27,17 @@ MARGIN = 1.08
 
 @dataclass(frozen=True, kw_only=True)
 class Surface:
-    """A moving surface: `vertices` [T, N, 3] in the world [m], `faces` [F, 3], its colour and gloss."""
+    """A moving surface: `vertices` [T, N, 3] in the world [m], `faces` [F, 3]; skin, or the cloth of a garment."""
 
     vertices: Array
     faces: NDArray[np.int32]
-    colour: Colour = SKIN
-    gloss: float = SKIN_GLOSS
+    cloth: Colour | None = None
 
     def at(self, frame: int) -> Mesh:
         """The surface in one frame."""
-        return Mesh(vertices=self.vertices[frame], faces=self.faces, colour=self.colour, gloss=self.gloss)
+        if self.cloth is not None:
+            return Mesh(vertices=self.vertices[frame], faces=self.faces, colour=self.cloth)
+        return Mesh(vertices=self.vertices[frame], faces=self.faces, colour=SKIN, gloss=SKIN_GLOSS, closed=True)
 
 
 def heading(root_rotations: ArrayLike) -> float:

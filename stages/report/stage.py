@@ -10,7 +10,7 @@ import store
 from stages.report import exhibits
 from stages.report.charts import loss_curves
 from stages.report.config import ReportConfig
-from stages.report.facts import metric_tables
+from stages.report.facts import loss_series, metric_tables
 from stages.report.gather import read_person, read_training, spread
 from stages.report.page import page
 from stages.settings import build
@@ -47,7 +47,7 @@ def run(task: Task, progress: Progress) -> dict[str, Any]:
             "statics": statics,
             "generated": garments,
             "tables": metric_tables(training["metrics"]),
-            "losses": loss_curves(training["losses"]) if training.get("losses") else "",
+            "losses": loss_curves(loss_series(training.get("losses", {}))),
             "counts": {"sequences": len(moving), "statics": len(still)},
         }
         (folder / "index.html").write_text(page(content), encoding="utf-8")
