@@ -96,10 +96,11 @@ def _frames(text: str) -> int:
         raise ValueError(f"not BVH: it must start with HIERARCHY, got {text.lstrip()[:20]!r}")
     if not found:
         raise ValueError("truncated: it has no MOTION part")
-    lines = [line.split() for line in body.splitlines() if line.strip()]
+    lines = [line for line in body.splitlines() if line.strip()]
     try:
-        frames, frame_time = int(lines[0][-1]), float(lines[1][-1])
-        named = lines[0][0] == "Frames:" and lines[1][:2] == ["Frame", "Time:"]
+        counted, timed = lines[0].split(), lines[1].split()
+        frames, frame_time = int(counted[-1]), float(timed[-1])
+        named = counted[0] == "Frames:" and timed[:2] == ["Frame", "Time:"]
     except (IndexError, ValueError):
         named = False
     if not named:
@@ -110,7 +111,8 @@ def _frames(text: str) -> int:
         raise ValueError(f"truncated: {frames} frames are announced, {len(lines) - 2} are there")
     words = head.split()
     channels = sum(int(words[i + 1]) for i, word in enumerate(words[:-1]) if word == "CHANNELS")
-    if len(lines[frames + 1]) < channels:
-        raise ValueError(f"truncated: the last frame has {len(lines[frames + 1])} of {channels} numbers")
+    numbers = len(lines[frames + 1].split())
+    if numbers < channels:
+        raise ValueError(f"truncated: the last frame has {numbers} of {channels} numbers")
     # Frame i lies at i * frame_time; the tolerance keeps 1/120 s written as 0.0083333 from losing a frame.
     return math.floor((frames - 1) * frame_time * FPS + 1e-3) + 1

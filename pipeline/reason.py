@@ -21,7 +21,7 @@ def first_difference(old: Mapping[str, Any], new: Mapping[str, Any]) -> str:
 
 
 def _difference(path: str, old: Any, new: Any) -> str:
-    if old == new:
+    if _text(old) == _text(new):
         return ""
     if isinstance(old, Mapping) and isinstance(new, Mapping):
         # New names last: an added setting says less than a changed one.
@@ -36,8 +36,13 @@ def _difference(path: str, old: Any, new: Any) -> str:
     return f"{path} {_short(old)} -> {_short(new)}"
 
 
+def _text(value: Any) -> str:
+    """As in the key: 1 and 1.0 differ there, though they are equal in Python."""
+    return json.dumps(value, sort_keys=True)
+
+
 def _short(value: Any) -> str:
     if value is None:
         return "none"
-    text = json.dumps(value)
+    text = _text(value)
     return text if len(text) <= _WIDTH else text[: _WIDTH - 3] + "..."

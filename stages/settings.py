@@ -7,6 +7,7 @@ import dataclasses
 import difflib
 import inspect
 import itertools
+import math
 import re
 import textwrap
 import types
@@ -89,6 +90,8 @@ def _check_range(kind: type, name: str, metadata: Mapping[str, Any], value: Any)
     for element in value if isinstance(value, tuple | list) else (value,):
         if element is None:
             continue
+        if isinstance(element, float) and not math.isfinite(element):
+            raise SettingsError(f"{name} must be finite, got {element}{_meaning(kind, name)}")
         if choices is not None and element not in choices:
             near = suggestion(element, [c for c in choices if isinstance(c, str)]) if isinstance(element, str) else ""
             hint = f"; {near}" if near.startswith("did") else ""
