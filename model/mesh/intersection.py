@@ -1,0 +1,85 @@
+"""Finds the triangles of two meshes, or of one mesh with itself, that pass through each other."""
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from scipy.spatial import cKDTree
+
+Points = NDArray[np.float64]
+Faces = NDArray[np.int64]
+
+BLOCK = 200_000
+"""Pairs of triangles tested at a time: bounds the memory to about 200 MB."""
+
+
+def intersecting_faces(
+    vertices: ArrayLike, faces: ArrayLike, other_vertices: ArrayLike, other_faces: ArrayLike
+) -> NDArray[np.int64]:
+    """Pairs of faces of two meshes where an edge of one passes through the other.
+
+    Args:
+        vertices: Vertices of the first mesh [m], shape [V, 3].
+        faces: Its triangles, shape [F, 3].
+        other_vertices: Vertices of the second mesh [m], shape [W, 3].
+        other_faces: Its triangles, shape [G, 3].
+
+    Returns:
+        Face of the first and face of the second mesh, shape [n, 2]. Coplanar triangles that overlap are not found.
+    """
+    a = np.asarray(vertices, dtype=np.float64)[np.asarray(faces)]
+    b = np.asarray(other_vertices, dtype=np.float64)[np.asarray(other_faces)]
+    return _crossing(a, b, _near_pairs(a, b))
+
+
+def self_intersecting_faces(vertices: ArrayLike, faces: ArrayLike) -> NDArray[np.int64]:
+    """Pairs of faces of one mesh, without a vertex in common, that pass through each other, shape [n, 2]."""
+    f = np.asarray(faces, dtype=np.int64)
+    a = np.asarray(vertices, dtype=np.float64)[f]
+    pairs = _near_pairs(a, a)
+    pairs = pairs[pairs[:, 0] < pairs[:, 1]]
+    apart = np.ones(len(pairs), dtype=bool)
+    for i in range(3):
+        for j in range(3):
+            apart &= f[pairs[:, 0], i] != f[pairs[:, 1], j]
+    return _crossing(a, a, pairs[apart])
+
+
+def _near_pairs(a: Points, b: Points) -> NDArray[np.int64]:
+    """Pairs of triangles [n, 3, 3] whose bounding boxes overlap."""
+    low_a, high_a, low_b, high_b = a.min(axis=1), a.max(axis=1), b.min(axis=1), b.max(axis=1)
+    centre_a, centre_b = a.mean(axis=1), b.mean(axis=1)
+    radius_a = np.linalg.norm(a - centre_a[:, None], axis=2).max(axis=1, initial=0.0)
+    radius_b = np.linalg.norm(b - centre_b[:, None], axis=2).max(initial=0.0)
+    found = cKDTree(centre_b).query_ball_point(centre_a, radius_a + radius_b)
+    counts = np.array([len(f) for f in found], dtype=np.int64)
+    first = np.repeat(np.arange(len(a)), counts)
+    second = np.concatenate([np.array(f, dtype=np.int64) for f in found]) if len(found) else np.zeros(0, np.int64)
+    overlap = ((low_a[first] <= high_b[second]) & (low_b[second] <= high_a[first])).all(axis=1)
+    return np.stack([first[overlap], second[overlap]], axis=1)
+
+
+def _crossing(a: Points, b: Points, pairs: NDArray[np.int64]) -> NDArray[np.int64]:
+    """The pairs of which an edge of one triangle passes through the other."""
+    kept = []
+    for start in range(0, len(pairs), BLOCK):
+        block = pairs[start : start + BLOCK]
+        p, q = a[block[:, 0]], b[block[:, 1]]
+        hit = np.zeros(len(block), dtype=bool)
+        for k in range(3):
+            hit |= _segment_hits(p[:, k], p[:, (k + 1) % 3], q)
+            hit |= _segment_hits(q[:, k], q[:, (k + 1) % 3], p)
+        kept.append(block[hit])
+    return np.concatenate(kept) if kept else np.zeros((0, 2), dtype=np.int64)
+
+
+def _segment_hits(start: Points, end: Points, triangle: Points) -> NDArray[np.bool_]:
+    """Whether each segment [n, 3] to [n, 3] passes through its triangle [n, 3, 3], by signs of volumes."""
+
+    def volume(p: Points, u: Points, v: Points, w: Points) -> Points:
+        result: Points = np.einsum("ni,ni->n", u - p, np.cross(v - p, w - p))
+        return result
+
+    a, b, c = triangle[:, 0], triangle[:, 1], triangle[:, 2]
+    sides = volume(start, a, b, c) * volume(end, a, b, c) < 0
+    ab, bc, ca = volume(start, end, a, b), volume(start, end, b, c), volume(start, end, c, a)
+    same = ((ab > 0) & (bc > 0) & (ca > 0)) | ((ab < 0) & (bc < 0) & (ca < 0))
+    return sides & same

@@ -1,0 +1,69 @@
+"""Settings of the outfit stage: the ranges that garments are drawn from, and how they are made."""
+
+from dataclasses import dataclass, field, fields
+
+FABRICS = ("cotton", "silk", "denim", "leather")
+"""Fabrics of `fabrics.toml`."""
+
+_SHARE = {"ge": 0.0, "le": 1.0}
+
+
+@dataclass(frozen=True, kw_only=True)
+class Config:
+    """The recipe's section `[outfit]`. Every range is drawn from uniformly (CLOTH3D, Variability)."""
+
+    edge_length: float = field(default=0.010, metadata={"choices": (0.010, 0.014)})
+    """Mean edge length of the garments' triangles [m]."""
+    tightness_range: tuple[float, float] = field(default=(-1.5, 0.5), metadata={"ge": -3.0, "le": 3.0})
+    """Tightness of either component, subtracted from the first two betas [1]; positive is a smaller garment."""
+    sleeve_length: tuple[float, float] = field(default=(0.15, 1.0), metadata={"ge": 0.12, "le": 1.0})
+    """Where sleeves end: share of the way from shoulder to wrist [1]."""
+    leg_length: tuple[float, float] = field(default=(0.33, 1.0), metadata={"ge": 0.33, "le": 1.0})
+    """Where trouser legs end: share of the way from hip to ankle [1]."""
+    torso_length: tuple[float, float] = field(default=(0.3, 1.0), metadata=_SHARE)
+    """Where upper garments end: share of the way from the waist to just below the crotch [1]."""
+    waist_height: tuple[float, float] = field(default=(0.3, 1.0), metadata=_SHARE)
+    """Where trousers and skirts begin: share of the way from the hips to the waist [1]."""
+    skirt_length: tuple[float, float] = field(default=(0.35, 1.0), metadata={"ge": 0.2, "le": 1.0})
+    """Where skirts end: share of the way from the waist to the shins [1]."""
+    seam_height: tuple[float, float] = field(default=(0.6, 1.0), metadata=_SHARE)
+    """Waist seam of dresses and jumpsuits: share of the way from the hips to the waist [1]."""
+    sleeve_narrowing: tuple[float, float] = field(default=(-0.35, 0.0), metadata={"ge": -0.6, "le": 0.0})
+    """alpha_1 of sleeves: change of width from shoulder to wrist, as a share of the width at the shoulder [1]."""
+    sleeve_widening: tuple[float, float] = field(default=(0.0, 0.9), metadata={"ge": 0.0, "le": 1.5})
+    """alpha_2 of sleeves: growth of width beyond the offset, per arm length, as a share of the width [1]."""
+    leg_narrowing: tuple[float, float] = field(default=(-0.4, 0.0), metadata={"ge": -0.6, "le": 0.0})
+    """alpha_1 of trouser legs: change of width from crotch to ankle, as a share of the width at the crotch [1]."""
+    leg_widening: tuple[float, float] = field(default=(0.0, 0.8), metadata={"ge": 0.0, "le": 1.5})
+    """alpha_2 of trouser legs: growth of width beyond the offset, per leg length, as a share of the width [1]."""
+    widening_offset: tuple[float, float] = field(default=(0.4, 0.95), metadata=_SHARE)
+    """x_offset of sleeves and legs: where the widening starts, as a share of the axis [1]."""
+    skirt_widening: tuple[float, float] = field(default=(0.85, 1.6), metadata={"gt": 0.0, "le": 2.0})
+    """alpha_1 of skirts: growth of width from waist to shins, as a share of the width at the waist [1]."""
+    upper_fabrics: tuple[str, ...] = field(default=("cotton", "silk"), metadata={"choices": FABRICS})
+    """Fabrics of t-shirts and tops [names]."""
+    lower_fabrics: tuple[str, ...] = field(default=FABRICS, metadata={"choices": FABRICS})
+    """Fabrics of every other garment [names]."""
+    elastic_chance: float = field(default=0.5, metadata=_SHARE)
+    """Chance of an elastic, for sleeve ends, leg ends and the waist of a full-body garment each [1]."""
+    elastic_ratio: tuple[float, float] = field(default=(0.7, 0.9), metadata={"gt": 0.3, "le": 1.0})
+    """Rest length of an elastic as a share of the cloth's [1]."""
+    smoothing_width: float = field(default=0.04, metadata={"ge": 0.0, "le": 0.2})
+    """How far body detail is smoothed out of the transferred shape: standard deviation along the cloth [m]."""
+    clearance: float = field(default=0.003, metadata={"gt": 0.0, "le": 0.02})
+    """Least distance of every vertex from the body that the outfit is made for [m]."""
+    layer_gap: float = field(default=0.003, metadata={"gt": 0.0, "le": 0.02})
+    """Least distance of an outer garment's vertices from the garment below it [m]."""
+
+    def __post_init__(self) -> None:
+        """Checks that ranges are not reversed and that there is a fabric to choose.
+
+        Raises:
+            ValueError: Which setting is wrong, and how.
+        """
+        for item in fields(self):
+            value = getattr(self, item.name)
+            if isinstance(value, tuple) and not value:
+                raise ValueError(f"{item.name} must name at least one fabric, got none")
+            if isinstance(value, tuple) and not isinstance(value[0], str) and value[0] > value[1]:
+                raise ValueError(f"{item.name} must run from low to high, got [{value[0]:g}, {value[1]:g}]")

@@ -1,0 +1,66 @@
+"""The shell of the outfit stage: reads a body, draws and makes an outfit, publishes it."""
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from model.body import load_free_body
+from stages.outfit import SPEC
+from stages.outfit.config import Config
+from stages.outfit.fabrics import load_fabrics
+from stages.outfit.making import make_outfit
+from stages.outfit.plan import draw_plan
+from stages.outfit.resizing import tight_betas
+from stages.settings import build
+from stages.spec import DataError, Progress, Task
+from store import publish, read
+
+
+def run(task: Task, progress: Progress) -> dict[str, Any]:
+    """Makes one outfit for one body and publishes it.
+
+    Args:
+        task: The task; `params["outfit"]` is a kind of outfit or `random`.
+        progress: Told the step at hand.
+
+    Returns:
+        Figures for the receipt.
+
+    Raises:
+        DataError: The kind is unknown, or the outfit cannot be made for this body.
+    """
+    config = build(Config, task.config)
+    path, key = task.input("body")
+    body = read(path, "body", key)
+    model = load_free_body(body.attrs["gender"])
+    betas = np.asarray(body["betas"], dtype=np.float64)
+    try:
+        plan = draw_plan(task.params["outfit"], config, np.random.default_rng(task.seed))
+    except ValueError as error:
+        raise DataError(f"{task.item}: {error}") from error
+    done = iter(range(2 * len(plan.garments) + 1))
+    total = 2 * len(plan.garments) + 1
+    garments = make_outfit(plan, model, betas, config, load_fabrics(), lambda label: progress(next(done), total, label))
+    arrays: dict[str, Any] = {"tight_betas": tight_betas(betas, plan.tightness)}
+    for garment in garments:
+        folder = f"garments/{garment.plan.name}"
+        arrays[f"{folder}/vertices"] = garment.vertices
+        arrays[f"{folder}/faces"] = garment.faces
+        arrays[f"{folder}/elastic"] = garment.elastic
+        arrays[f"{folder}/waistband"] = garment.waistband
+    attrs = {
+        "kind": plan.kind,
+        "gender": model.gender,
+        "tightness": list(plan.tightness),
+        "garments": {garment.plan.name: garment.attrs for garment in garments},
+        "layers": [garment.plan.name for garment in garments],
+        "seed": task.seed,
+    }
+    publish(Path(task.output), SPEC.schema, task.key, arrays, attrs)
+    progress(total, total, "published")
+    return {
+        "kind": plan.kind,
+        "vertices": sum(len(garment.vertices) for garment in garments),
+        "mass_kg": sum(garment.attrs["mass_kg"] for garment in garments),
+    }
