@@ -14,15 +14,16 @@ from stages.report.config import ReportConfig
 from stages.report.facts import badges, card, measure_person, signed
 from stages.report.film import write_film
 from stages.report.gather import Generated, Person, spread
-from stages.report.scene import film, frame_shot, heading, portrait
+from stages.report.scene import Surface, film, frame_shot, heading, portrait
 from stages.report.sheet import contact_sheet
 
 Picture = NDArray[np.uint8]
 FRONT, SIDE = -0.5 * np.pi, -np.pi
+MARGIN = 1.12
 # Portraits of outfits: slightly from the side, where folds show; the arms are spread out in the rest pose.
 STILL_VIEW, STILL_SPAN = FRONT - 0.35, 2.0
 STILL_SIZE = (400, 460)
-GENERATED_SIZE = (300, 480)
+GENERATED_SIZE = (340, 420)
 
 
 def sequence(folder: Path, person: Person, config: ReportConfig, seen: Callable[[float], None]) -> dict[str, Any]:
@@ -72,7 +73,10 @@ def still(folder: Path, person: Person) -> dict[str, Any]:
     """The portrait of an outfit at rest."""
     place = f"outfits/{person.item}.jpg"
     (folder / "outfits").mkdir(exist_ok=True)
-    save(folder / place, portrait(person.surfaces(), (STILL_VIEW,), *STILL_SIZE, STILL_SPAN))
+    surfaces = person.surfaces()
+    save(
+        folder / place, portrait(surfaces, (STILL_VIEW,), *STILL_SIZE, max(STILL_SPAN, _span(surfaces[0], STILL_SIZE)))
+    )
     fabrics = ", ".join(f"{garment.name} of {garment.fabric}" for garment in person.garments)
     return {
         "item": person.item,
@@ -86,11 +90,16 @@ def generated(folder: Path, garment: Generated) -> dict[str, Any]:
     """Front and side of a garment that the model made."""
     place = f"generated/{garment.name}.jpg"
     (folder / "generated").mkdir(exist_ok=True)
-    points = garment.surfaces[0].vertices[0]
-    span = 1.12 * max(np.ptp(points[:, 2]), np.ptp(points[:, 0]) * GENERATED_SIZE[1] / GENERATED_SIZE[0])
-    save(folder / place, portrait(garment.surfaces, (FRONT, SIDE), *GENERATED_SIZE, float(span)))
+    span = _span(garment.surfaces[0], GENERATED_SIZE)
+    save(folder / place, portrait(garment.surfaces, (FRONT, SIDE), *GENERATED_SIZE, span))
     words = [str(garment.about[k]) for k in ("gender", "type", "fabric", "note") if garment.about.get(k)]
     return {"place": place, "title": words[0] if words else garment.name, "note": ", ".join(words[1:])}
+
+
+def _span(body: Surface, size: tuple[int, int]) -> float:
+    """What the height of a picture of `size` [px] must cover to hold a whole body in its first frame [m]."""
+    extent = np.ptp(body.vertices[0], axis=0)
+    return float(MARGIN * max(extent[2], max(extent[0], extent[1]) * size[1] / size[0]))
 
 
 def save(path: Path, picture: Picture) -> None:

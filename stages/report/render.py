@@ -37,7 +37,6 @@ class Mesh:
         faces: Triangles, counter-clockwise seen from outside, shape [F, 3].
         colour: Red, green and blue as on the screen (sRGB), each 0 to 1.
         smooth: Shade with normals interpolated from the vertices; False shows every triangle flat.
-        closed: The surface has no border: its inside is never seen and gets no light.
         gloss: Strength of a soft highlight: 0 for cloth, about 0.05 for skin.
     """
 
@@ -45,7 +44,6 @@ class Mesh:
     faces: ArrayLike
     colour: tuple[float, float, float] = (0.72, 0.72, 0.74)
     smooth: bool = True
-    closed: bool = False
     gloss: float = 0.0
 
 
@@ -71,12 +69,7 @@ class Studio:
 
         self.scene = EmbreeScene()
         TriangleMesh(self.scene, self.vertices.astype(np.float32), self.faces)
-        self.dome_outside = bake_dome(self.vertices, self.normals, self._occluded)
-        self.dome_inside = np.zeros(len(self.vertices))
-        for mesh, start, stop in zip(meshes, counts[:-1], counts[1:]):
-            if not mesh.closed:
-                part = slice(start, stop)
-                self.dome_inside[part] = bake_dome(self.vertices[part], -self.normals[part], self._occluded)
+        self.dome = bake_dome(self.vertices, self.normals, self._occluded)
         self.floor = None if floor is None else Floor(floor, self.vertices, self._occluded)
 
     def _occluded(self, origins: Array, directions: Array) -> NDArray[np.bool_]:
@@ -160,8 +153,10 @@ class Studio:
         flat = flat * side[:, None]
         smooth = unit(np.einsum("nk,nkc->nc", weights, self.normals[corner])) * side[:, None]
         normals = np.where(self.smooth[owner][:, None], smooth, flat)
-        baked = np.where(side[:, None] > 0.0, self.dome_outside[corner], self.dome_inside[corner])
-        dome = np.einsum("nk,nk->n", weights, baked)
+        dome = np.einsum("nk,nk->n", weights, self.dome[corner])
+        # Little is seen of insides: their light is not baked but gathered where it is needed.
+        inside = np.flatnonzero(side < 0.0)
+        dome[inside] = bake_dome(points[inside], normals[inside], self._occluded)
         key = key_light(points, normals, flat, lamp, self._occluded)
 
         half = unit(back + lamp.mean(axis=0))

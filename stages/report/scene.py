@@ -37,7 +37,7 @@ class Surface:
         """The surface in one frame."""
         if self.cloth is not None:
             return Mesh(vertices=self.vertices[frame], faces=self.faces, colour=self.cloth)
-        return Mesh(vertices=self.vertices[frame], faces=self.faces, colour=SKIN, gloss=SKIN_GLOSS, closed=True)
+        return Mesh(vertices=self.vertices[frame], faces=self.faces, colour=SKIN, gloss=SKIN_GLOSS)
 
 
 def heading(root_rotations: ArrayLike) -> float:
