@@ -16,11 +16,14 @@ Faces = NDArray[np.int64]
 ROUNDS = 20
 """Rounds of measuring and pushing at most; two to five are usual."""
 
-SPREAD = 3
-"""Rings of neighbours that a push carries with it, so that it leaves no spike."""
+SPREAD, FADE = 8, 0.85
+"""Rings of neighbours that a push carries with it, so that it leaves no spike, and what is left from ring to ring."""
 
 PLAIN = 8
 """Rounds at the end that push nothing but the vertices concerned."""
+
+EVENINGS = ((2, 12), (4, 8))
+"""After which rounds all that was pushed so far is evened out along the cloth, and by how many averaging steps."""
 
 OVERSHOOT = 2e-4
 """How much further than needed a vertex is pushed [m]: saves rounds where the surface curves."""
@@ -71,17 +74,21 @@ def clear(points: Array, faces: Faces, obstacles: Sequence[Obstacle]) -> tuple[A
     averaging = sp.diags(1.0 / np.maximum(np.asarray(links.sum(axis=1)).reshape(-1), 1.0)) @ links
     measured = [obstacle.distance(points) for obstacle in obstacles]
     near = [np.flatnonzero(m[0] < o.margin + REACH) for m, o in zip(measured, obstacles)]
+    start, evenings = points.copy(), dict(EVENINGS)
     for round_ in range(ROUNDS):
         push = np.zeros_like(points)
         for (distance, outwards), obstacle in zip(measured, obstacles):
             short = obstacle.margin - distance
             push += np.where(short > 0, short + OVERSHOOT, 0.0)[:, None] * outwards
         pushed = (push != 0).any(axis=1)
-        if not pushed.any():
+        if not pushed.any() and (round_ == 0 or round_ > max(evenings)):
             break
-        if round_ < ROUNDS - PLAIN:
-            push = _spread(push, pushed, averaging)
-        points += push
+        points += _spread(push, pushed, averaging) if round_ < ROUNDS - PLAIN else push
+        if round_ in evenings:
+            total = points - start
+            for _ in range(evenings[round_]):
+                total = 0.5 * (total + averaging @ total)
+            points = start + total
         for (distance, outwards), obstacle, around in zip(measured, obstacles, near):
             distance[around], outwards[around] = obstacle.distance(points[around])
     left = [float((m[0] - o.margin).min(initial=np.inf)) for m, o in zip(measured, obstacles)]
@@ -92,5 +99,5 @@ def _spread(push: Array, pushed: NDArray[np.bool_], averaging: sp.csr_matrix) ->
     """The push, fading over the neighbours of the pushed vertices."""
     spread = push
     for _ in range(SPREAD):
-        spread = np.where(pushed[:, None], push, 0.7 * (averaging @ spread))
+        spread = np.where(pushed[:, None], push, FADE * (averaging @ spread))
     return spread
