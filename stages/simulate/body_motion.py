@@ -1,0 +1,128 @@
+"""The body between its frames: positions, normals and bounds of its triangles at any time."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+
+from stages.simulate.body_kernels import between_frames, face_frames, piece_spheres
+from stages.spec import DataError
+
+Frames = Callable[[int], np.ndarray]
+"""Body vertices [m], shape [V, 3], of frame k."""
+
+
+class BodyMotion:
+    """A triangle mesh that moves through given frames, its velocity continuous.
+
+    Between frames k and k + 1 every vertex follows the cubic through both with the central differences as slopes
+    (Catmull and Rom 1974): exact at the frames, and no jump of velocity there to shake the cloth 30 times a second.
+
+    Attributes:
+        x: Vertices [m] at the time last asked for, shape [V, 3]; x_old those of the time before.
+        faces: Shape [F, 3]; across [F, 3] is the face beyond the edge opposite to each corner, itself at a border.
+        start [V + 1], incident [3 F]: Corners about each vertex.
+        face_normal, centre [F, 3], radius [F]: Of the triangles at that time.
+        piece_face [P], piece_centre [P, 3], piece_radius [P]: Pieces that large triangles are cut into for the search,
+            which would otherwise have to look as far as the largest triangle reaches.
+    """
+
+    def __init__(self, faces: np.ndarray, frames: Frames, count: int, fps: float) -> None:
+        self.faces = np.ascontiguousarray(faces, np.int32)
+        self.frames, self.count, self.fps = frames, count, float(fps)
+        first = np.asarray(frames(0), np.float64)
+        if len(self.faces) and self.faces.max() >= len(first):
+            raise DataError(f"body: a face names vertex {self.faces.max()}, but there are {len(first)} vertices")
+        self.across = _faces_across(self.faces)
+        self.start, self.incident = _incident_corners(self.faces, len(first))
+        self.x, self.x_old = first.copy(), first.copy()
+        self.face_normal, self.centre = np.zeros((len(self.faces), 3)), np.zeros((len(self.faces), 3))
+        self.radius = np.zeros(len(self.faces))
+        self.piece_face, self.piece_bary, self.piece_scale = _pieces(first, self.faces)
+        self.piece_centre, self.piece_radius = np.zeros((len(self.piece_face), 3)), np.zeros(len(self.piece_face))
+        self._cache: dict[int, np.ndarray] = {}
+        self.refresh()
+
+    def frame(self, k: int) -> np.ndarray:
+        """Vertices of frame k, clamped to the sequence, f64; the last few frames are kept."""
+        k = min(max(k, 0), self.count - 1)
+        if k not in self._cache:
+            x = np.ascontiguousarray(self.frames(k), np.float64)
+            if not np.isfinite(x).all():
+                bad = int(np.argmax(~np.isfinite(x).all(1)))
+                raise DataError(f"body: frame {k}, vertex {bad} is not finite; repair or drop the sequence")
+            if len(self._cache) > 6:
+                self._cache.pop(min(self._cache))
+            self._cache[k] = x
+        return self._cache[k]
+
+    def move_to(self, time: float) -> None:
+        """Place the body at `time` [s]; what was x becomes x_old."""
+        self.x, self.x_old = self.x_old, self.x
+        self.place(time, self.x)
+        self.refresh()
+
+    def place(self, time: float, out: np.ndarray) -> None:
+        """out = vertices at `time` [s]."""
+        if not len(self.faces):
+            return
+        t = min(max(time * self.fps, 0.0), self.count - 1.0)
+        k = min(int(t), max(self.count - 2, 0))
+        between_frames(self.frame(k - 1), self.frame(k), self.frame(k + 1), self.frame(k + 2), t - k, out)
+
+    def refresh(self) -> None:
+        """Normals and bounds of the triangles at x."""
+        if len(self.faces):
+            face_frames(self.x, self.faces, self.face_normal, self.centre, self.radius)
+            piece_spheres(
+                self.x,
+                self.faces,
+                self.radius,
+                self.piece_face,
+                self.piece_bary,
+                self.piece_scale,
+                self.piece_centre,
+                self.piece_radius,
+            )
+
+
+def _faces_across(faces: np.ndarray) -> np.ndarray:
+    """Face beyond the edge opposite to each corner, shape [F, 3]; the face itself at a border."""
+    across = np.repeat(np.arange(len(faces), dtype=np.int32)[:, None], 3, axis=1)
+    edges = np.sort(faces[:, [1, 2, 2, 0, 0, 1]].reshape(-1, 2), axis=1)
+    order = np.lexsort((edges[:, 1], edges[:, 0]))
+    e = edges[order]
+    twin = np.flatnonzero((e[1:] == e[:-1]).all(1))
+    flat = across.reshape(-1)
+    a, b = order[twin], order[twin + 1]
+    flat[a], flat[b] = b // 3, a // 3
+    return flat.reshape(-1, 3)
+
+
+def _incident_corners(faces: np.ndarray, count: int) -> tuple[np.ndarray, np.ndarray]:
+    """start [V + 1] and corners [3 F]: vertex i is corner c % 3 of face c // 3 for c in corners[start[i]:start[i + 1]]."""
+    order = np.argsort(faces.ravel(), kind="stable").astype(np.int32)
+    start = np.searchsorted(faces.ravel()[order], np.arange(count + 1)).astype(np.int32)
+    return start, order
+
+
+def _pieces(x: np.ndarray, faces: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Triangles cut in four until none is much larger than the median: face [P], barycentre [P, 3] and scale [P]."""
+    if not len(faces):
+        return np.zeros(0, np.int32), np.zeros((0, 3)), np.zeros(0)
+    corners = x[faces]
+    radius = np.linalg.norm(corners - corners.mean(1, keepdims=True), axis=2).max(1)
+    cuts = np.clip(np.ceil(np.log2(radius / max(0.01, 1.3 * float(np.median(radius))))), 0, 4).astype(int)
+    face, bary, scale = [], [], []
+    triangles = np.eye(3)[None]
+    for level in range(cuts.max() + 1):
+        mine = np.flatnonzero(cuts == level)
+        face.append(np.repeat(mine, len(triangles)))
+        bary.append(np.tile(triangles.mean(1), (len(mine), 1)))
+        scale.append(np.full(len(mine) * len(triangles), 0.5**level))
+        a, b, c = triangles[:, 0], triangles[:, 1], triangles[:, 2]
+        ab, bc, ca = (a + b) / 2, (b + c) / 2, (c + a) / 2
+        triangles = np.stack([np.stack(t, 1) for t in ((a, ab, ca), (ab, b, bc), (ca, bc, c), (ab, bc, ca))], 1)
+        triangles = triangles.reshape(-1, 3, 3)
+    return np.concatenate(face).astype(np.int32), np.concatenate(bary), np.concatenate(scale)

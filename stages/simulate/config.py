@@ -1,0 +1,57 @@
+"""The knobs of the simulation."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+
+@dataclass(frozen=True, kw_only=True)
+class SimulateConfig:
+    """Section [simulate] of a recipe."""
+
+    dt: float = field(default=1 / 240, metadata={"gt": 0.0, "le": 1 / 30})
+    """Longest time step [s]; a step is shortened where the motion is fast, and halved where it fails."""
+    shortest_dt: float = field(default=1 / 16000, metadata={"gt": 0.0, "le": 1 / 240})
+    """Floor of the step [s]: a step that still fails there ends the task."""
+    integrator: str = field(default="bdf2", metadata={"choices": ("bdf2", "euler")})
+    """Time integration: second order, or the more damped implicit Euler."""
+    newton_iterations: int = field(default=2, metadata={"ge": 1, "le": 50})
+    """Most Newton iterations of a step."""
+    newton_tolerance: float = field(default=2e-5, metadata={"ge": 0.0, "le": 1e-2})
+    """A step is solved when no vertex moves further than this in an iteration [m]."""
+    tolerance: float = field(default=0.1, metadata={"gt": 0.0, "lt": 1.0})
+    """Relative residual at which the linear solve ends, in the preconditioner's norm."""
+    linear_iterations: int = field(default=400, metadata={"ge": 4, "le": 10000})
+    """Most iterations of the linear solve."""
+    precision: str = field(default="f32", metadata={"choices": ("f32", "f64")})
+    """Numbers of the linear solve; positions, forces and time are always f64."""
+    gravity: float = field(default=-9.81, metadata={"ge": -100.0, "le": 100.0})
+    """Acceleration along z [m/s^2]."""
+    margin: float = field(default=0.002, metadata={"gt": 0.0, "le": 0.02})
+    """Distance at which skin starts to push cloth away [m]."""
+    floor: float = field(default=0.001, metadata={"ge": 0.0, "le": 0.02})
+    """Least distance from skin at which cloth is left at the end of a step [m]."""
+    contact_stiffness: float = field(default=1.0e6, metadata={"gt": 0.0, "le": 1e9})
+    """Pressure of skin on cloth per missing margin [N/m^3]."""
+    contact_damping: float = field(default=1.0e-3, metadata={"ge": 0.0, "le": 1.0})
+    """Damping of approach, over contact stiffness [s]."""
+    grip: float = field(default=0.5, metadata={"gt": 0.0, "le": 10.0})
+    """Tangential over normal stiffness of the skin, while friction holds."""
+    travel: float = field(default=0.008, metadata={"gt": 0.0, "le": 0.05})
+    """Furthest that skin may move past cloth in one step [m]; faster motion gets shorter steps."""
+    self_collision: bool = True
+    """Whether cloth collides with cloth."""
+    thickness: float = field(default=0.002, metadata={"gt": 0.0, "le": 0.02})
+    """Distance that layers of cloth keep from each other [m], at most a third of an edge."""
+    waist_stiffness: float = field(default=5.0e4, metadata={"ge": 0.0, "le": 1e8})
+    """Pull of a waistband towards the skin it was put on, per area and distance [N/m^3]."""
+    shape_speed: float = field(default=0.3, metadata={"gt": 0.0, "le": 10.0})
+    """Fastest skin while the body grows from its tight shape to its own [m/s]."""
+    pose_speed: float = field(default=1.5, metadata={"gt": 0.0, "le": 10.0})
+    """Fastest skin while the body goes from rest to the first pose [m/s]."""
+    run_up: float = field(default=0.25, metadata={"ge": 0.0, "le": 2.0})
+    """Time in which the body gets up to the speed of the sequence's first frame [s]."""
+    settle_frames: int = field(default=8, metadata={"ge": 0, "le": 300})
+    """Frames at rest between the two transitions."""
+    threads: int = field(default=0, metadata={"ge": 0, "le": 1024})
+    """CPU threads; 0 takes what the process may use. Results don't depend on it."""

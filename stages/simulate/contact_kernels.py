@@ -1,0 +1,290 @@
+"""Kernels of contact between cloth vertices and the moving body."""
+
+import taichi as ti
+
+from stages.simulate.closest import closest_on_triangle, pseudo_normal
+from stages.simulate.grid import cell_of
+from stages.simulate.kernels import BLOCKS, Array, Real, Value, inline, kernel, put, vec
+
+
+@kernel
+def find_candidates(
+    x: Array,
+    piece_face: Array,
+    centre: Array,
+    radius: Array,
+    reach: Real,
+    widest: Real,
+    lo: Array,
+    size: Real,
+    dims: Array,
+    first: Array,
+    items: Array,
+    # outputs
+    count: Array,
+    found: Array,
+) -> None:
+    """Triangles of which a piece's bounding sphere is within `reach` of a vertex: found[i, :count[i]], in grid order.
+
+    count goes on beyond the width of `found`, so that the caller sees how much room is missing.
+    """
+    for i in range(x.shape[0]):
+        p = vec(x, i)
+        n = 0
+        r = ti.Vector([1.0, 1.0, 1.0]) * (reach + widest)
+        a, b = cell_of(p - r, lo, size, dims), cell_of(p + r, lo, size, dims)
+        for cz in range(a[2], b[2] + 1):
+            for cy in range(a[1], b[1] + 1):
+                row = (cz * dims[1] + cy) * dims[0]
+                for k in range(first[row + a[0]], first[row + b[0] + 1]):
+                    piece = items[k]
+                    d = vec(centre, piece) - p
+                    far = reach + radius[piece]
+                    if d.norm_sqr() < far * far:
+                        f = piece_face[piece]
+                        known = False
+                        for m in range(ti.min(n, found.shape[1])):
+                            known = known or found[i, m] == f
+                        if not known:
+                            if n < found.shape[1]:
+                                found[i, n] = f
+                            n += 1
+        count[i] = n
+
+
+@inline
+def surface_point(body: Value, faces: Value, f: Value, u: Value) -> Value:
+    """Point of face f of `body` at barycentric coordinates u."""
+    return u[0] * vec(body, faces[f, 0]) + u[1] * vec(body, faces[f, 1]) + u[2] * vec(body, faces[f, 2])
+
+
+@kernel
+def touch(
+    x: Array,
+    active: Array,
+    count: Array,
+    found: Array,
+    body: Array,
+    faces: Array,
+    across: Array,
+    start: Array,
+    incident: Array,
+    face_normal: Array,
+    centre: Array,
+    radius: Array,
+    margin: Real,
+    # outputs
+    face: Array,
+    bary: Array,
+    normal: Array,
+    distance: Array,
+    face2: Array,
+    normal2: Array,
+    distance2: Array,
+) -> None:
+    """Closest surface point of every vertex (face -1 if none), signed; and a second one where skin faces skin.
+
+    The second contact is the closest triangle whose normal differs by more than 60 degrees and whose outside the
+    vertex is on: without it a vertex in a fold of the body would be pushed from one side into the other. A surface
+    that the vertex is behind, while another is nearer, is left alone: there the body overlaps itself and hides it.
+    """
+    for i in range(x.shape[0]):
+        if active[i] == 1:
+            p = vec(x, i)
+            best, best_f = 1e30, -1
+            best_u = ti.Vector([0.0, 0.0, 0.0, 0.0])
+            near = 1e15
+            for k in range(count[i]):
+                f = found[i, k]
+                if (p - vec(centre, f)).norm() - radius[f] < near:
+                    u = closest_on_triangle(p, vec(body, faces[f, 0]), vec(body, faces[f, 1]), vec(body, faces[f, 2]))
+                    d2 = (p - surface_point(body, faces, f, u)).norm_sqr()
+                    if d2 < best:
+                        best, best_f, best_u = d2, f, u
+                        near = ti.sqrt(d2)
+            face[i] = best_f
+            face2[i] = -1
+            distance[i] = 1e9
+            distance2[i] = 1e9
+            if best_f >= 0:
+                d = p - surface_point(body, faces, best_f, best_u)
+                out = pseudo_normal(best_f, best_u[3], body, faces, across, start, incident, face_normal)
+                length = ti.sqrt(best)
+                sign = 1.0
+                if d.dot(out) < 0:
+                    sign = -1.0
+                n = out / ti.max(out.norm(), 1e-20)
+                if length > 1e-6:
+                    n = sign * d / length
+                distance[i] = sign * length
+                put(normal, i, n)
+                for c in ti.static(range(3)):
+                    bary[i, c] = best_u[c]
+                if ti.abs(distance[i]) < 1.5 * margin:
+                    best2 = margin * margin
+                    n1 = vec(face_normal, best_f)
+                    for k in range(count[i]):
+                        f = found[i, k]
+                        m = vec(face_normal, f)
+                        if m.dot(n1) < 0.5 and (p - vec(centre, f)).norm() - radius[f] < margin:
+                            a, b, c = vec(body, faces[f, 0]), vec(body, faces[f, 1]), vec(body, faces[f, 2])
+                            u = closest_on_triangle(p, a, b, c)
+                            e = p - surface_point(body, faces, f, u)
+                            d2 = e.norm_sqr()
+                            if d2 < best2 and e.dot(m) > 0.7 * ti.sqrt(d2):
+                                best2 = d2
+                                face2[i] = f
+                                distance2[i] = ti.sqrt(d2)
+                                put(normal2, i, e / ti.max(ti.sqrt(d2), 1e-12))
+
+
+@inline
+def add_outer(block: Value, i: Value, k: Value, n: Value) -> None:
+    """block += k n n^T."""
+    block[i, 0] += k * n[0] * n[0]
+    block[i, 1] += k * n[0] * n[1]
+    block[i, 2] += k * n[0] * n[2]
+    block[i, 3] += k * n[1] * n[1]
+    block[i, 4] += k * n[1] * n[2]
+    block[i, 5] += k * n[2] * n[2]
+
+
+@kernel
+def press(
+    x: Array,
+    x_start: Array,
+    face: Array,
+    bary: Array,
+    normal: Array,
+    distance: Array,
+    face2: Array,
+    normal2: Array,
+    distance2: Array,
+    body: Array,
+    body_start: Array,
+    faces: Array,
+    area: Array,
+    friction: Array,
+    shear: Array,
+    margin: Real,
+    stiffness: Real,
+    damping: Real,
+    dt: Real,
+    grip: Real,
+    # outputs
+    force: Array,
+    block: Array,
+    shear_new: Array,
+) -> None:
+    """Penalty and friction of the body on every vertex.
+
+    Normal: pressure `stiffness` [N/m^3] times how much of `margin` is missing, plus damping of approach [s].
+    Friction: an elastic grip that yields at Coulomb's limit (Mindlin): the tangential slip s since the grip closed,
+    s = P (s_start + (x - x_start) - (b - b_start)), f = -k_t s while k_t |s| <= mu N, else -mu N s / |s|. So cloth at
+    rest holds still instead of creeping, and sliding cloth feels mu N exactly. `shear_new` is s, cut to the limit.
+    """
+    for i in range(x.shape[0]):
+        f = ti.Vector([0.0, 0.0, 0.0])
+        for c in ti.static(range(6)):
+            block[i, c] = 0.0
+        s = ti.Vector([0.0, 0.0, 0.0])
+        gap = margin - distance[i]
+        if face[i] >= 0 and gap > 0:
+            n = vec(normal, i)
+            b = face[i]
+            move = vec(x, i) - vec(x_start, i)
+            for c in ti.static(range(3)):
+                move -= bary[i, c] * (vec(body, faces[b, c]) - vec(body_start, faces[b, c]))
+            k = stiffness * area[i]
+            load = k * gap
+            viscous = k * damping / dt
+            approach = -n.dot(move)
+            if approach > 0:
+                f += viscous * approach * n
+                add_outer(block, i, viscous, n)
+            f += load * n
+            add_outer(block, i, k, n)
+            s = vec(shear, i) + move
+            s -= n * n.dot(s)
+            kt = k * grip
+            limit = friction[i] * load
+            size = s.norm()
+            hold = kt
+            if kt * size > limit:
+                hold = limit / size
+                s *= limit / (kt * size)
+            f -= kt * s
+            add_outer(block, i, -hold, n)
+            block[i, 0] += hold
+            block[i, 3] += hold
+            block[i, 5] += hold
+        if face2[i] >= 0:
+            gap2 = margin - distance2[i]
+            if gap2 > 0:
+                n2 = vec(normal2, i)
+                f += stiffness * area[i] * gap2 * n2
+                add_outer(block, i, stiffness * area[i], n2)
+        put(force, i, f)
+        put(shear_new, i, s)
+
+
+@kernel
+def hold_attached(
+    x: Array,
+    x_start: Array,
+    face: Array,
+    bary: Array,
+    offset: Array,
+    stiffness: Array,
+    body: Array,
+    faces: Array,
+    # outputs
+    force: Array,
+    block: Array,
+) -> None:
+    """Soft ties of cloth to points that move with the body: E = k/2 |x - (b + offset n)|^2."""
+    for i in range(x.shape[0]):
+        if stiffness[i] > 0:
+            f = face[i]
+            a, b, c = vec(body, faces[f, 0]), vec(body, faces[f, 1]), vec(body, faces[f, 2])
+            n = (b - a).cross(c - a)
+            n /= ti.max(n.norm(), 1e-20)
+            goal = bary[i, 0] * a + bary[i, 1] * b + bary[i, 2] * c + offset[i] * n
+            put(force, i, vec(force, i) + stiffness[i] * (goal - vec(x, i)))
+            block[i, 0] += stiffness[i]
+            block[i, 3] += stiffness[i]
+            block[i, 5] += stiffness[i]
+
+
+@kernel
+def lift_out(
+    face: Array,
+    normal: Array,
+    distance: Array,
+    fixed: Array,
+    floor: Real,
+    x: Array,
+    # outputs
+    active: Array,
+    deepest: Array,
+    moved: Array,
+) -> None:
+    """Move every active vertex nearer than `floor` out to it; only those moved stay active.
+
+    Per block: the smallest distance found, and how many vertices moved.
+    """
+    n = x.shape[0]
+    for b in range(BLOCKS):
+        least = 1e9
+        count = 0
+        for i in range(b * n // BLOCKS, (b + 1) * n // BLOCKS):
+            move = 0
+            if active[i] == 1 and face[i] >= 0 and fixed[i] == 0:
+                least = ti.min(least, distance[i])
+                if distance[i] < floor:
+                    put(x, i, vec(x, i) + (floor - distance[i]) * vec(normal, i))
+                    move = 1
+            active[i] = move
+            count += move
+        deepest[b] = least
+        moved[b] = count

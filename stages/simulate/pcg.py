@@ -1,0 +1,163 @@
+"""Conjugate gradients on the step's linear system, preconditioned by the inverse of each vertex's 3x3 block."""
+
+import numpy as np
+import taichi as ti
+
+from stages.simulate.kernels import BLOCKS, Array, Int, Value, inline, kernel, vec
+
+SWEEPS = 4
+"""Iterations fused in one kernel launch, after which the residual is looked at."""
+
+
+@inline
+def sym_times(m: Value, i: Value, v: Value) -> Value:
+    """Symmetric block i of `m` [n, 6] times v."""
+    return ti.Vector(
+        [
+            m[i, 0] * v[0] + m[i, 1] * v[1] + m[i, 2] * v[2],
+            m[i, 1] * v[0] + m[i, 3] * v[1] + m[i, 4] * v[2],
+            m[i, 2] * v[0] + m[i, 4] * v[1] + m[i, 5] * v[2],
+        ]
+    )
+
+
+@kernel
+def begin(
+    residual: Array,
+    inverse: Array,
+    # outputs
+    dx: Array,
+    r: Array,
+    z: Array,
+    p: Array,
+    q: Array,
+    scalars: Array,
+) -> None:
+    """dx = p = q = 0, r = residual, z = inverse r; scalars = 0."""
+    for i in range(r.shape[0]):
+        for c in ti.static(range(3)):
+            dx[i, c] = 0.0
+            p[i, c] = 0.0
+            q[i, c] = 0.0
+            r[i, c] = residual[i, c]
+        t = sym_times(inverse, i, vec(r, i))
+        for c in ti.static(range(3)):
+            z[i, c] = t[c]
+        if i < 4:
+            scalars[i] = 0.0
+
+
+@kernel
+def iterate(
+    diagonal: Array,
+    inverse: Array,
+    start: Array,
+    neighbour: Array,
+    spring: Array,
+    block: Array,
+    bend_start: Array,
+    bend_neighbour: Array,
+    bend: Array,
+    bend_scale: Array,
+    pair_count: Int,
+    pair_vertices: Array,
+    pair_weights: Array,
+    pair_stiffness: Array,
+    pair_start: Array,
+    pair_index: Array,
+    blocks: Int,
+    # outputs
+    dx: Array,
+    r: Array,
+    z: Array,
+    p: Array,
+    q: Array,
+    w: Array,
+    u: Array,
+    part: Array,
+    scalars: Array,
+) -> None:
+    """SWEEPS iterations in the form with one reduction (Chronopoulos and Gear 1989): z = M^-1 r, w = A z, then p, q = A p.
+
+    The product A z is D z - sum (a + w w^T) z_j + bending + contacts, gathered vertex by vertex. A contact between
+    cloth adds sum_c weight_i K_c (sum_k weight_k z_k), K_c = a I + w w^T. scalars: r.z, alpha, beta, r.z at the start.
+    """
+    n = r.shape[0]
+    for _ in ti.static(range(SWEEPS)):
+        if pair_count > 0:
+            for c in range(pair_count):
+                s = vec(z, pair_vertices[c, 0]) * pair_weights[c, 0]
+                for k in ti.static(range(1, 4)):
+                    s += vec(z, pair_vertices[c, k]) * pair_weights[c, k]
+                d = ti.Vector([pair_stiffness[c, 1], pair_stiffness[c, 2], pair_stiffness[c, 3]])
+                s = pair_stiffness[c, 0] * s + d * d.dot(s)
+                for k in ti.static(range(3)):
+                    u[c, k] = s[k]
+        for b in range(blocks):
+            gamma, delta = ti.f64(0.0), ti.f64(0.0)
+            for i in range(b * n // blocks, (b + 1) * n // blocks):
+                zi = vec(z, i)
+                y = sym_times(diagonal, i, zi)
+                for e in range(start[i], start[i + 1]):
+                    s = spring[e]
+                    zj = vec(z, neighbour[e])
+                    d = ti.Vector([block[s, 1], block[s, 2], block[s, 3]])
+                    y -= block[s, 0] * zj + d * d.dot(zj)
+                t = zi * 0
+                for e in range(bend_start[i], bend_start[i + 1]):
+                    t += bend[e] * vec(z, bend_neighbour[e])
+                y += bend_scale[i] * t
+                if pair_count > 0:
+                    for e in range(pair_start[i], pair_start[i + 1]):
+                        k = pair_index[e]
+                        y += pair_weights[k // 4, k % 4] * vec(u, k // 4)
+                for c in ti.static(range(3)):
+                    w[i, c] = y[c]
+                gamma += ti.f64(zi.dot(vec(r, i)))
+                delta += ti.f64(zi.dot(y))
+            part[b, 0] = gamma
+            part[b, 1] = delta
+        ti.loop_config(serialize=True)
+        for _s in range(1):
+            gamma, delta = ti.f64(0.0), ti.f64(0.0)
+            for b in range(blocks):
+                gamma += part[b, 0]
+                delta += part[b, 1]
+            beta = 0.0
+            if scalars[0] > 0:
+                beta = gamma / scalars[0]
+                delta -= beta * gamma / scalars[1]
+            else:
+                scalars[3] = gamma
+            alpha = 0.0
+            if delta > 0:
+                alpha = gamma / delta
+            scalars[0] = gamma
+            scalars[1] = alpha
+            scalars[2] = beta
+            if alpha == 0.0:
+                scalars[0] = 0.0
+        for i in range(n):
+            alpha, beta = scalars[1], scalars[2]
+            for c in ti.static(range(3)):
+                p[i, c] = z[i, c] + beta * p[i, c]
+                q[i, c] = w[i, c] + beta * q[i, c]
+                dx[i, c] += alpha * p[i, c]
+                r[i, c] -= alpha * q[i, c]
+            t = sym_times(inverse, i, vec(r, i))
+            for c in ti.static(range(3)):
+                z[i, c] = t[c]
+
+
+class Pcg:
+    """Buffers of the linear solve, and the loop around its kernels.
+
+    Solves A dx = residual until sqrt(r.z) falls below `tolerance` times its first value (z = inverse r).
+    """
+
+    def __init__(self, count: int, dtype: type = np.float32) -> None:
+        self.dx, self.r, self.z, self.p, self.q, self.w = (np.zeros((count, 3), dtype) for _ in range(6))
+        self.diagonal, self.inverse = np.zeros((count, 6), dtype), np.zeros((count, 6), dtype)
+        self.u = np.zeros((1, 3), dtype)
+        self.part, self.scalars = np.zeros((BLOCKS, 2)), np.zeros(4)
+        self.iterations = 0

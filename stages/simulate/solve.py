@@ -1,0 +1,140 @@
+"""The simulation of a scene: frames in, frames out."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from time import perf_counter
+
+import numpy as np
+from scipy.spatial import cKDTree
+
+from stages.simulate.body_motion import BodyMotion
+from stages.simulate.config import SimulateConfig
+from stages.simulate.contact import BodyContact
+from stages.simulate.runtime import start_taichi
+from stages.simulate.scene import Scene
+from stages.simulate.springs import Springs
+from stages.simulate.stepper import Report, Stepper
+
+
+@dataclass(frozen=True)
+class Solution:
+    """What came out.
+
+    Attributes:
+        x: Positions [m] of the recorded frames, shape [T, N, 3], float64.
+        report: Counts and timings of the run.
+        springs: The springs, whose rest lengths tell the strain.
+    """
+
+    x: np.ndarray
+    report: Report
+    springs: Springs
+
+
+def per_vertex(scene: Scene, constant: str) -> np.ndarray:
+    """A fabric constant for every vertex of the scene, shape [N]."""
+    return np.concatenate([np.full(len(g.vertices), getattr(g.fabric, constant)) for g in scene.garments])
+
+
+def joined(scene: Scene) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+    """Rest vertices [N, 3], faces [F, 3], rest scale of the edges [E] and garment index [N] of all garments."""
+    offset = np.cumsum([0, *(len(g.vertices) for g in scene.garments)])
+    vertices = np.concatenate([g.vertices for g in scene.garments]).astype(np.float64)
+    faces = np.concatenate([g.faces + o for g, o in zip(scene.garments, offset)]).astype(np.int32)
+    # Edges are sorted by their first vertex, so those of the joined mesh are the garments' own in turn.
+    scale = np.concatenate([g.rest_scale for g in scene.garments])
+    layer = np.repeat(np.arange(len(scene.garments), dtype=np.int32), np.diff(offset))
+    return vertices, faces, scale, layer
+
+
+def make_springs(scene: Scene) -> Springs:
+    """Springs of all garments of `scene`."""
+    vertices, faces, scale, _ = joined(scene)
+    names = ("density", "bend_stiffness", "stretch_limit", "stiffening", "damping")
+    return Springs(
+        vertices,
+        faces,
+        stretch_stiffness=per_vertex(scene, "sheet_stiffness"),
+        rest_scale=scale,
+        **{name: per_vertex(scene, name) for name in names},
+    )
+
+
+def make_stepper(scene: Scene, config: SimulateConfig) -> Stepper:
+    """A stepper at the start of `scene`, at rest."""
+    scene.check()
+    start_taichi(config.threads or None)
+    springs = make_springs(scene)
+    body = BodyMotion(scene.body_faces, scene.body, scene.body_frames, scene.fps)
+    contact = BodyContact(
+        body,
+        springs.area,
+        per_vertex(scene, "friction"),
+        margin=config.margin,
+        stiffness=config.contact_stiffness,
+        damping=config.contact_damping,
+        grip=config.grip,
+    )
+    tied = np.flatnonzero(np.concatenate([g.tied for g in scene.garments]))
+    if len(tied) and config.waist_stiffness > 0:
+        contact.tie(tied, np.ascontiguousarray(scene.start, np.float64), config.waist_stiffness * springs.area[tied])
+    fixed = np.zeros(len(scene.start), np.int32)
+    fixed[scene.pins] = 1
+    held = np.array(scene.start, np.float64)
+
+    def goal(time: float) -> np.ndarray:
+        assert scene.pin_goal is not None
+        held[scene.pins] = scene.pin_goal(time)
+        return held
+
+    return Stepper(
+        springs,
+        contact,
+        config,
+        scene.start,
+        drag=per_vertex(scene, "drag"),
+        fixed=fixed,
+        goal=goal if scene.pin_goal is not None else None,
+        wind=scene.wind,
+    )
+
+
+def longest_step(stepper: Stepper, frame: int, config: SimulateConfig) -> float:
+    """The step [s] in which nothing near the cloth moves past it by more than `config.travel` during `frame`.
+
+    Body vertices that can't reach the cloth within the frame, however fast they are, don't count.
+    """
+    body = stepper.contact.body
+    if not len(body.faces) or body.count < 2:
+        return config.dt
+    a, b = body.frame(frame - 1)[::3], body.frame(frame)[::3]
+    distance, nearest = cKDTree(stepper.x).query(a, workers=1)
+    relative = np.linalg.norm((b - a) * body.fps - stepper.v[nearest], axis=1)
+    near = distance < relative / body.fps + 4 * config.travel
+    fastest = float(relative[near].max(initial=0.0))
+    return min(config.dt, config.travel / fastest) if fastest > 0 else config.dt
+
+
+def solve(scene: Scene, config: SimulateConfig, progress: Callable[[int, int], None] | None = None) -> Solution:
+    """Simulate `scene`; `progress(done, total)` is told after every frame.
+
+    Raises:
+        DataError: If the scene can't be simulated, or a step fails at the floor of the step size.
+    """
+    stepper = make_stepper(scene, config)
+    recorded = [stepper.x.copy()] if scene.record == 0 else []
+    for frame in range(1, scene.frames + 1):
+        clock = perf_counter()
+        dt = longest_step(stepper, frame, config)
+        stepper.report.clock("step size", clock)
+        stepper.advance_to(frame / scene.fps, dt)
+        if frame >= scene.record:
+            clock = perf_counter()
+            stepper.contact.tuck(stepper.x, config.floor / 2)
+            stepper.report.clock("folds", clock)
+            recorded.append(stepper.x.copy())
+        if progress is not None:
+            progress(frame, scene.frames)
+    return Solution(np.stack(recorded), stepper.report, stepper.springs)

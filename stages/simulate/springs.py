@@ -1,0 +1,163 @@
+"""Springs of a cloth mesh: edges that stretch and shear, and the linear bending operator, as gather lists.
+
+Every sum over a vertex's springs runs over that vertex's own list, in one order, so that the result has the same
+bits at any number of threads.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from stages.spec import DataError
+
+
+def unique_edges(faces: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Edges (E, 2) int32 of `faces` (F, 3), sorted, and the edge (F, 3) opposite to each corner of each face."""
+    corners = faces[:, [1, 2, 2, 0, 0, 1]].reshape(-1, 2)
+    edges, inverse = np.unique(np.sort(corners, axis=1), axis=0, return_inverse=True)
+    return edges.astype(np.int32), inverse.reshape(-1, 3).astype(np.int32)
+
+
+def face_areas(vertices: np.ndarray, faces: np.ndarray) -> np.ndarray:
+    """Area (F,) [m^2] of each face."""
+    a, b, c = (vertices[faces[:, k]] for k in range(3))
+    return 0.5 * np.linalg.norm(np.cross(b - a, c - a), axis=1)
+
+
+def hinges(faces: np.ndarray) -> np.ndarray:
+    """Inner edges (H, 4): the two vertices of the shared edge, then the two opposite; manifold meshes only."""
+    edges, face_edge = unique_edges(faces)
+    flat = face_edge.ravel()
+    order = np.argsort(flat, kind="stable")
+    count = np.bincount(flat, minlength=len(edges))
+    if (count > 2).any():
+        a, b = edges[int(np.argmax(count))]
+        raise DataError(f"cloth mesh: edge {a}-{b} is shared by {count.max()} faces, at most 2 can be; repair the mesh")
+    start = np.concatenate([[0], np.cumsum(count)])[:-1][count == 2]
+    first, second = order[start], order[start + 1]
+    opposite = faces.ravel()
+    return np.column_stack([edges[count == 2], opposite[first], opposite[second]]).astype(np.int32)
+
+
+def bending_rows(vertices: np.ndarray, faces: np.ndarray, rigidity: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Pairs (P, 2) and coefficients (P,) [N/m] of the quadratic bending energy of a sheet that is flat at rest.
+
+    E = 1/2 sum_h B 3 / (A1 + A2) |sum_k c_k x_k|^2 over inner edges h, with cotangent coefficients c whose sum is
+    zero; its Hessian is constant and E vanishes for any flat state. (Bergou et al. 2006, "A quadratic bending model
+    for inextensible surfaces", Eq. 3-5; the factor is that of E = 1/2 integral of B H^2, H = sum of curvatures.)
+    A pair (i, j), i < j, holds q_ij with E = -1/2 sum_pairs q_ij |x_i - x_j|^2 .
+
+    Args:
+        vertices: Rest positions [m], shape [N, 3].
+        faces: Shape [F, 3].
+        rigidity: Flexural rigidity of each vertex's fabric [N m], shape [N].
+    """
+    h = hinges(faces)
+    if not len(h):
+        return np.zeros((0, 2), np.int32), np.zeros(0)
+    x0, x1, x2, x3 = (vertices[h[:, k]] for k in range(4))
+    e0 = x1 - x0
+
+    def cot(u: np.ndarray, v: np.ndarray) -> np.ndarray:
+        sine = np.maximum(np.linalg.norm(np.cross(u, v), axis=1), 1e-12)
+        return np.clip((u * v).sum(1) / sine, -5.0, 5.0)
+
+    c01, c02 = cot(e0, x2 - x0), cot(e0, x3 - x0)  # angles at x0 in the two faces
+    c03, c04 = cot(-e0, x2 - x1), cot(-e0, x3 - x1)  # angles at x1
+    area = 0.5 * (np.linalg.norm(np.cross(e0, x2 - x0), axis=1) + np.linalg.norm(np.cross(e0, x3 - x0), axis=1))
+    c = np.column_stack([c03 + c04, c01 + c02, -(c01 + c03), -(c02 + c04)])
+    factor = 3.0 * rigidity[h].mean(1) / np.maximum(area, 1e-12)
+    pairs, values = [], []
+    for a in range(4):
+        for b in range(a + 1, 4):
+            pairs.append(np.sort(h[:, [a, b]], axis=1))
+            values.append(factor * c[:, a] * c[:, b])
+    rows, inverse = np.unique(np.concatenate(pairs), axis=0, return_inverse=True)
+    return rows.astype(np.int32), np.bincount(inverse.ravel(), np.concatenate(values), minlength=len(rows))
+
+
+def gather_lists(pairs: np.ndarray, count: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """For each of `count` vertices, which pairs it is in.
+
+    Returns:
+        start (count + 1,), neighbour (2 P,) and pair index (2 P,), all int32: vertex i meets neighbour[k] through pair
+        index[k] for k in start[i]:start[i + 1], neighbours ascending.
+    """
+    owner = np.concatenate([pairs[:, 0], pairs[:, 1]])
+    other = np.concatenate([pairs[:, 1], pairs[:, 0]])
+    index = np.tile(np.arange(len(pairs)), 2)
+    order = np.lexsort((other, owner))
+    start = np.searchsorted(owner[order], np.arange(count + 1))
+    return start.astype(np.int32), other[order].astype(np.int32), index[order].astype(np.int32)
+
+
+class Springs:
+    """Springs of one scene's cloth: constants and gather lists.
+
+    Attributes:
+        mass: Lumped mass [kg], shape [N].
+        area: A third of the adjacent faces' area [m^2], shape [N].
+        edges: Shape [E, 2]; rest_length [m], stiffness [N/m], limit, stiffening, damping [s], each [E].
+        start, neighbour, spring: The gather lists over `edges`.
+        edge_bend: Bending coefficient q_ij of each edge [N/m], shape [E].
+        bend_start, bend_neighbour, bend: Gather lists over the bending pairs that are not edges, with q_ij [N/m] for each
+            entry; bend_sum [N/m] the sum over a vertex, shape [N]; bend_damping [s], shape [N].
+    """
+
+    def __init__(
+        self,
+        vertices: np.ndarray,
+        faces: np.ndarray,
+        *,
+        density: np.ndarray,
+        stretch_stiffness: np.ndarray,
+        bend_stiffness: np.ndarray,
+        stretch_limit: np.ndarray,
+        stiffening: np.ndarray,
+        damping: np.ndarray,
+        rest_scale: np.ndarray | None = None,
+    ) -> None:
+        """Build from rest `vertices` [N, 3] and `faces` [F, 3]; every constant has shape [N], rest_scale [E].
+
+        Raises:
+            DataError: If a face or an edge is degenerate at rest, or a vertex has no face.
+        """
+        n = len(vertices)
+        areas = face_areas(vertices, faces)
+        edges, face_edge = unique_edges(faces)
+        length = np.linalg.norm(vertices[edges[:, 0]] - vertices[edges[:, 1]], axis=1)
+        if length.min() < 1e-6:
+            a, b = edges[int(np.argmin(length))]
+            raise DataError(f"cloth mesh: edge {a}-{b} is {length.min():.2e} m long at rest, must be >= 1e-6 m; remesh")
+        self.area = np.bincount(faces.ravel(), np.repeat(areas / 3, 3), minlength=n)
+        if self.area.min() <= 0:
+            raise DataError(f"cloth mesh: vertex {int(np.argmin(self.area))} has no face with area; remove it")
+        self.mass = self.area * density
+        edge_area = np.bincount(face_edge.ravel(), np.repeat(areas, 3), minlength=len(edges))
+
+        def mean(values: np.ndarray) -> np.ndarray:
+            return np.ascontiguousarray(values[edges].mean(1))
+
+        # Van Gelder 1998: k = E A / l^2 over adjacent faces, exact for equilateral triangles. A sliver's area is raised
+        # to what keeps its springs no weaker than a tenth of an equilateral one's.
+        area = np.maximum(edge_area, 0.1 * np.sqrt(3) / 2 * length**2)
+        self.edges = edges
+        self.stiffness = mean(stretch_stiffness) * area / length**2
+        self.rest_length = length * (1.0 if rest_scale is None else rest_scale)
+        self.limit, self.stiffening, self.damping = mean(stretch_limit), mean(stiffening), mean(damping)
+        self.start, self.neighbour, self.spring = gather_lists(edges, n)
+        rows, q = bending_rows(vertices, faces, bend_stiffness)
+        # Pairs that are edges too are added to their spring's block, which spares the solve half of the bending lists.
+        key, edge_key = rows[:, 0] * np.int64(n) + rows[:, 1], edges[:, 0] * np.int64(n) + edges[:, 1]
+        place = np.minimum(np.searchsorted(edge_key, key), len(edges) - 1)
+        on_edge = edge_key[place] == key
+        self.edge_bend = np.bincount(place[on_edge], q[on_edge], minlength=len(edges))
+        rows, q = rows[~on_edge], q[~on_edge]
+        self.bend_start, self.bend_neighbour, index = gather_lists(rows, n)
+        self.bend = np.ascontiguousarray(q[index]) if len(index) else np.zeros(1)
+        if not len(index):
+            self.bend_neighbour = np.zeros(1, np.int32)
+        owner = np.repeat(np.arange(n), np.diff(self.bend_start))
+        self.bend_sum = np.bincount(owner, self.bend[: len(owner)], minlength=n)
+        self.bend_damping = np.ascontiguousarray(damping, np.float64)
+        self.degenerate_faces = int((areas <= 0).sum())

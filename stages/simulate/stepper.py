@@ -1,0 +1,255 @@
+"""One time step: an implicit integrator, Newton's method, contact, and the check that the result can be trusted."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from time import perf_counter
+
+import numpy as np
+
+from stages.simulate.config import SimulateConfig
+from stages.simulate.contact import BodyContact
+from stages.simulate.elastic import advance, gather_rows, inertial_target, spring_blocks
+from stages.simulate.kernels import BLOCKS
+from stages.simulate.pcg import SWEEPS, Pcg, begin, iterate
+from stages.simulate.springs import Springs
+from stages.spec import DataError
+
+
+@dataclass
+class Report:
+    """What a run did: counts, and seconds spent by part."""
+
+    steps: int = 0
+    halvings: int = 0
+    newton: int = 0
+    linear: int = 0
+    lifted: int = 0
+    deepest: float = 0.0
+    seconds: dict[str, float] = field(default_factory=dict)
+
+    def clock(self, part: str, since: float) -> float:
+        """Add the time since `since` to `part`; returns now."""
+        now = perf_counter()
+        self.seconds[part] = self.seconds.get(part, 0.0) + now - since
+        return now
+
+
+class Rejected(Exception):
+    """A step whose result can't be trusted: (vertex, cause)."""
+
+    def __init__(self, vertex: int, cause: str) -> None:
+        super().__init__(cause)
+        self.vertex, self.cause = vertex, cause
+
+
+class Stepper:
+    """State of the cloth and the step that advances it.
+
+    Attributes:
+        x, v: Positions [m] and velocities [m/s], shape [N, 3], at `time` [s].
+    """
+
+    LONGEST_MOVE = 0.03
+    """Furthest that one Newton iteration may move a vertex [m]."""
+
+    def __init__(
+        self,
+        springs: Springs,
+        contact: BodyContact,
+        config: SimulateConfig,
+        x: np.ndarray,
+        *,
+        drag: np.ndarray,
+        fixed: np.ndarray,
+        goal: Callable[[float], np.ndarray] | None = None,
+        wind: tuple[float, float, float] = (0.0, 0.0, 0.0),
+    ) -> None:
+        """Start at rest at `x`; `goal(time)` gives every vertex's place [N, 3], of which those with `fixed` are used."""
+        n = len(x)
+        real = np.float32 if config.precision == "f32" else np.float64
+        self.springs, self.contact, self.config = springs, contact, config
+        self.time, self.last_dt = 0.0, 0.0
+        self.x, self.v = np.array(x, np.float64), np.zeros((n, 3))
+        self.x_old, self.v_old = self.x.copy(), self.v.copy()
+        self.x_bar, self.y, self.guess, self.trial = (np.zeros((n, 3)) for _ in range(4))
+        self.residual = np.zeros((n, 3))
+        self.pull, self.block = np.zeros((len(springs.edges), 3)), np.zeros((len(springs.edges), 4), real)
+        self.bend, self.bend_scale = springs.bend.astype(real), np.ones(n, real)
+        self.pair_block = np.zeros((n, 6))
+        self.drag, self.wind = np.ascontiguousarray(drag, np.float64), np.array(wind, np.float64)
+        self.fixed = np.ascontiguousarray(fixed, np.int32)
+        self.goal = goal
+        self.pcg = Pcg(n, real)
+        self.largest = np.zeros(BLOCKS)
+        self.report = Report()
+        self.no_pairs = (
+            np.zeros((1, 4), np.int32),
+            np.zeros((1, 4), real),
+            np.zeros((1, 4), real),
+            np.zeros(n + 1, np.int32),
+            np.zeros(1, np.int32),
+        )
+
+    def advance_to(self, time: float, dt: float) -> None:
+        """Step until `time` [s] in equal steps of at most `dt`, halving those that fail.
+
+        Raises:
+            DataError: If a step of `shortest_dt` fails, naming time, vertex and cause.
+        """
+        while time - self.time > 1e-9:
+            left = time - self.time
+            step = left / np.ceil(left / dt - 1e-6)
+            try:
+                self.step(step)
+            except Rejected as fault:
+                dt = step / 2
+                self.report.halvings += 1
+                if dt < self.config.shortest_dt:
+                    where = ", ".join(f"{c:.3f}" for c in self.x[fault.vertex])
+                    raise DataError(
+                        f"simulation failed at {self.time:.4f} s: vertex {fault.vertex} at ({where}) m: {fault.cause}, "
+                        f"with a step of {step:.1e} s, floor {self.config.shortest_dt:.1e} s; "
+                        "check the motion there, or lower simulate.shortest_dt"
+                    ) from None
+
+    def step(self, dt: float) -> None:
+        """One step of `dt` [s].
+
+        Raises:
+            Rejected: If the result isn't finite or can't be trusted; the state is as it was before.
+        """
+        c, s = self.config, self.springs
+        clock = perf_counter()
+        w = dt / self.last_dt if c.integrator == "bdf2" and self.last_dt > 0 else 0.0
+        if w > 2.0:
+            w = 0.0
+        h = dt * (1 + w) / (1 + 2 * w)
+        goal = self.x if self.goal is None else self.goal(self.time + dt)
+        inertial_target(self.x, self.v, self.x_old, self.v_old, w, dt, self.fixed, goal, self.x_bar, self.y, self.guess)
+        body = self.contact.body
+        body.x, body.x_old = body.x_old, body.x
+        body.place(self.time, body.x_old)
+        body.place(self.time + dt, body.x)
+        body.refresh()
+        clock = self.report.clock("body", clock)
+        self.contact.search(self.guess, c.margin + 1.5 * c.travel)
+        clock = self.report.clock("candidates", clock)
+        x, other = self.guess, self.trial
+        self.bend_scale[:] = 1 + s.bend_damping / h
+        for _ in range(c.newton_iterations):
+            clock = perf_counter()
+            self.contact.evaluate(x, self.x, dt)
+            clock = self.report.clock("contact", clock)
+            self._assemble(x, h)
+            clock = self.report.clock("assembly", clock)
+            self._solve()
+            clock = self.report.clock("solve", clock)
+            advance(x, self.pcg.dx, self.LONGEST_MOVE, BLOCKS, other, self.largest)
+            x, other = other, x
+            self.report.newton += 1
+            moved = float(self.largest.max())
+            if not moved < 1e29:
+                raise Rejected(int(np.argmax(~np.isfinite(self.pcg.dx).all(1))), "the solution is not finite")
+            if moved < c.newton_tolerance:
+                break
+        if moved > self.LONGEST_MOVE:
+            vertex = int(np.argmax(np.abs(self.pcg.dx).max(1)))
+            raise Rejected(vertex, f"the last Newton iteration still moved it {moved * 1e3:.0f} mm")
+        self._finish(x, other, dt, h)
+
+    def _assemble(self, x: np.ndarray, h: float) -> None:
+        s, p = self.springs, self.pcg
+        spring_blocks(
+            x,
+            self.x_bar,
+            s.edges,
+            s.rest_length,
+            s.stiffness,
+            s.limit,
+            s.stiffening,
+            s.damping,
+            s.edge_bend,
+            h,
+            self.pull,
+            self.block,
+        )
+        gather_rows(
+            x,
+            self.x_bar,
+            self.y,
+            s.mass,
+            s.area,
+            self.drag,
+            self.config.gravity,
+            self.wind,
+            h,
+            s.start,
+            s.neighbour,
+            s.spring,
+            self.pull,
+            self.block,
+            s.bend_start,
+            s.bend_neighbour,
+            s.bend,
+            s.bend_sum,
+            s.bend_damping,
+            self.contact.force,
+            self.contact.block,
+            self.pair_block,
+            self.fixed,
+            self.residual,
+            p.diagonal,
+            p.inverse,
+        )
+
+    def _solve(self) -> None:
+        s, p, c = self.springs, self.pcg, self.config
+        begin(self.residual, p.inverse, p.dx, p.r, p.z, p.p, p.q, p.scalars)
+        for _ in range(0, c.linear_iterations, SWEEPS):
+            iterate(
+                p.diagonal,
+                p.inverse,
+                s.start,
+                s.neighbour,
+                s.spring,
+                self.block,
+                s.bend_start,
+                s.bend_neighbour,
+                self.bend,
+                self.bend_scale,
+                0,
+                *self.no_pairs,
+                BLOCKS,
+                p.dx,
+                p.r,
+                p.z,
+                p.p,
+                p.q,
+                p.w,
+                p.u,
+                p.part,
+                p.scalars,
+            )
+            self.report.linear += SWEEPS
+            if not p.scalars[0] > c.tolerance**2 * p.scalars[3]:
+                break
+
+    def _finish(self, x: np.ndarray, spare: np.ndarray, dt: float, h: float) -> None:
+        c, r = self.config, self.report
+        clock = perf_counter()
+        least, moved = self.contact.lift(x, self.fixed, c.floor)
+        if least < -c.travel and self.last_dt > 0:
+            raise Rejected(int(np.argmin(self.contact.distance)), f"it went {-least * 1e3:.1f} mm into the body")
+        r.deepest, r.lifted, r.steps = max(r.deepest, -least), r.lifted + moved, r.steps + 1
+        self.contact.accept()
+        # The solved positions become the state; the two oldest buffers are free again.
+        free = self.x_old
+        self.x_old, self.v_old, self.x, self.v = self.x, self.v, x, self.v_old
+        np.subtract(x, self.x_bar, out=self.v)
+        self.v /= h
+        self.guess, self.trial = spare, free
+        self.time += dt
+        self.last_dt = dt
+        clock = r.clock("finish", clock)
