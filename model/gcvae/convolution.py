@@ -25,14 +25,23 @@ class ChebyshevConvolution(nn.Module):
         self.weight = nn.Parameter(torch.empty(2, features_in, features_out).uniform_(-bound, bound))
         self.bias = nn.Parameter(torch.zeros(features_out))
 
-    def forward(self, x: Tensor, topology: str) -> Tensor:
-        """Filters x (N, B, F_in) on the graph of `topology`, shape (N, B, F_out)."""
-        if self.weight.shape[2] < self.weight.shape[1]:
-            # L^ (x W) = (L^ x) W: the sparse product is the dear one, so it takes the thinner side.
-            mixed = self.graphs.laplace(x @ self.weight[1], topology, self.level)
-        else:
-            mixed = self.graphs.laplace(x, topology, self.level) @ self.weight[1]
-        return x @ self.weight[0] + mixed + self.bias
+    def forward(self, x: Tensor, topology: str, below: bool = False) -> Tensor:
+        """Filters x on the graph of `topology`, shape (N, B, F_out).
+
+        Args:
+            x: Features (N, B, F_in), or (M, B, F_in) of the next coarser level if `below`.
+            topology: Which Laplacian to use.
+            below: Whether to unpool x first. Copies and weights commute, so the weights are applied to the fewer rows.
+        """
+        graphs, (_, features_in, features_out) = self.graphs, self.weight.shape
+        if features_out > features_in and not below:
+            terms = torch.cat([x, graphs.laplace(x, topology, self.level)], dim=2)
+            return terms @ self.weight.reshape(2 * features_in, features_out) + self.bias
+        products = x @ self.weight.transpose(0, 1).reshape(features_in, 2 * features_out)
+        if below:
+            products = graphs.unpool(products, self.level)
+        first, second = products.split(features_out, dim=2)
+        return first + graphs.laplace(second, topology, self.level) + self.bias
 
 
 class ResidualBlock(nn.Module):
@@ -46,6 +55,7 @@ class ResidualBlock(nn.Module):
         self, graphs: MeshGraphs, level: int, features_in: int, features_out: int, depth: int, node_bias: bool
     ) -> None:
         super().__init__()
+        self.graphs, self.level = graphs, level
         widths = [features_in, *[features_out] * depth]
         self.convolutions = nn.ModuleList(ChebyshevConvolution(graphs, level, a, b) for a, b in pairwise(widths))
         nodes = graphs.sizes[level]
@@ -54,13 +64,13 @@ class ResidualBlock(nn.Module):
         )
         self.skip = nn.Linear(features_in, features_out, bias=False) if features_in != features_out else nn.Identity()
 
-    def forward(self, x: Tensor, topology: str) -> Tensor:
-        """Features (N, B, F_out) of x (N, B, F_in)."""
+    def forward(self, x: Tensor, topology: str, below: bool = False) -> Tensor:
+        """Features (N, B, F_out) of x (N, B, F_in), or of x on the next coarser level if `below`."""
         hidden = x
         for k, convolution in enumerate(self.convolutions):
-            hidden = convolution(hidden, topology)
+            hidden = convolution(hidden, topology, below and k == 0)
             if len(self.node_biases):
                 hidden = hidden + self.node_biases[k][:, None, :]
             hidden = functional.leaky_relu(hidden, 0.1)
-        result: Tensor = hidden + self.skip(x)
-        return result
+        skipped: Tensor = self.skip(x)
+        return hidden + (self.graphs.unpool(skipped, self.level) if below else skipped)

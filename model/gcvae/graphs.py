@@ -10,7 +10,8 @@ import scipy.sparse as sp
 import torch
 from torch import Tensor
 
-from model.gcvae.hierarchy import TOPOLOGIES, Hierarchy
+from model.gcvae import TOPOLOGIES
+from model.gcvae.hierarchy import Hierarchy
 
 
 class SparseProduct(torch.autograd.Function):
@@ -98,6 +99,7 @@ def csr_tensor(matrix: sp.csr_matrix, device: str = "cpu") -> Tensor:
     matrix.sort_indices()
     with warnings.catch_warnings():
         warnings.filterwarnings("ignore", message="Sparse CSR tensor support is in beta")
+        warnings.filterwarnings("ignore", message="Sparse invariant checks are implicitly disabled")
         return torch.sparse_csr_tensor(
             torch.from_numpy(matrix.indptr.astype(np.int32)),
             torch.from_numpy(matrix.indices.astype(np.int32)),

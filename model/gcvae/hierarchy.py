@@ -10,11 +10,10 @@ import scipy.sparse as sp
 import scipy.sparse.linalg
 from numpy.typing import NDArray
 
+from model.gcvae import LEVELS, TOPOLOGIES
 from model.mesh.coarsen import coarsen
 from model.mesh.topology import edge_list
 
-TOPOLOGIES = ("body", "skirt")
-LEVELS = 6
 # Each level keeps a quarter of the one above: 14475, 3618, 904, 226, 56, 21 in the paper.
 REDUCTION = 4
 # Below this an eigenvalue problem is solved densely: ARPACK needs more vectors than a 21-vertex graph has.
