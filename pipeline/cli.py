@@ -64,6 +64,7 @@ def _parser() -> argparse.ArgumentParser:
         command.set_defaults(command=function)
         command.add_argument("recipe", type=Path)
         command.add_argument("--motion", type=Path, metavar="FILE", help="BVH file in place of every sequence's motion")
+        command.add_argument("--frames", type=int, metavar="N", help="frames of every given sequence")
         command.add_argument("--output", type=Path, metavar="DIR", help="folder in place of the recipe's output")
         command.add_argument("--only", nargs="+", default=[], metavar="ID", help="only these items")
         if name == "clean":
@@ -78,13 +79,16 @@ def _parser() -> argparse.ArgumentParser:
 
 
 def _load(given: argparse.Namespace, catalog: Catalog) -> tuple[Recipe, list[Item]]:
+    if given.frames is not None and given.frames < 1:
+        raise PipelineError(f"--frames must be >= 1, got {given.frames}")
     recipe = load_recipe(given.recipe, catalog)
     output = given.output or recipe.output
     if given.motion is not None and given.output is None:
         output = output.with_name(f"{output.name}-{given.motion.stem}")
     recipe = Recipe(recipe.path, recipe.dataset, recipe.sections, output)
     motion_files = MotionFiles(output / "motions.json")
-    items = collect(recipe.dataset, f"{recipe.path} [dataset]", motion_files, given.motion)
+    where = f"{recipe.path} [dataset]"
+    items = collect(recipe.dataset, where, motion_files, motion=given.motion, frames=given.frames)
     motion_files.save()
     return recipe, items
 
@@ -164,8 +168,9 @@ def _clear_command(given: argparse.Namespace, task: PlannedTask) -> str:
 
 def _command(given: argparse.Namespace, name: str) -> str:
     motion = f" --motion {given.motion}" if given.motion else ""
+    frames = f" --frames {given.frames}" if given.frames else ""
     output = f" --output {given.output}" if given.output else ""
-    return f"python -m pipeline {name} {given.recipe}{motion}{output}"
+    return f"python -m pipeline {name} {given.recipe}{motion}{frames}{output}"
 
 
 def _fail(message: str, code: int) -> int:

@@ -31,7 +31,9 @@ class Item:
     params: dict[str, Any]
 
 
-def collect(dataset: Dataset, where: str, motion_files: MotionFiles, motion: Path | None = None) -> list[Item]:
+def collect(
+    dataset: Dataset, where: str, motion_files: MotionFiles, *, motion: Path | None = None, frames: int | None = None
+) -> list[Item]:
     """Every item of `dataset`: sequences first, since they take longest.
 
     Args:
@@ -39,11 +41,12 @@ def collect(dataset: Dataset, where: str, motion_files: MotionFiles, motion: Pat
         where: The section's place, for messages.
         motion_files: Reader of motion files.
         motion: A BVH file that replaces every sequence's motion.
+        frames: Length that replaces every given sequence's own [frames].
 
     Raises:
         PipelineError: A motion that can't be used, or a bad or repeated id; one line.
     """
-    entries = list(dataset.sequence)
+    entries = [replace(entry, frames=frames or entry.frames) for entry in dataset.sequence]
     if dataset.sequences:
         entries += _drawn(dataset, where, motion_files)
     if motion is not None:

@@ -27,7 +27,7 @@ class PlannedTask:
         kind: "sequence", "static" or "dataset".
         key: Key of its shard.
         seed: Seed of its generator.
-        params: What its stage asks about the item; for a dataset's task, name -> item -> value.
+        params: What its stage asks about the item; for a dataset's task, "items": item -> its kind and split.
         inputs: Tasks whose shards it reads.
     """
 
@@ -133,7 +133,8 @@ def _subjects(plan: Plan, spec: StageSpec) -> Iterator[tuple[str, str, dict[str,
     """Item, kind and parameters of every task of one stage."""
     if spec.scope == "dataset":
         kept = [item for item in plan.items.values() if item.id not in plan.dropped and item.kind in spec.kinds]
-        params = {name: {i.id: i.params[name] for i in kept if name in i.params} for name in spec.params}
+        items = {item.id: {"kind": item.kind, "split": item.params["split"]} for item in kept}
+        params: dict[str, Any] = {"items": items} if "items" in spec.params else {}
         yield DATASET_ITEM, "dataset", params
         return
     for item in plan.items.values():

@@ -41,7 +41,7 @@ def reasons(tasks: Iterable[PlannedTask], states: Mapping[TaskName, State]) -> l
         group = (task.stage, state.status)
         seen[group] += 1
         if seen[group] <= _LISTED:
-            lines.append(f"{task}: {state.reason}")
+            lines.append(f"{task}: " + state.reason.removeprefix(f"{task}: "))
     lines += [f"{stage}: and {n - _LISTED} more {status}" for (stage, status), n in seen.items() if n > _LISTED]
     return ["", *lines] if lines else []
 

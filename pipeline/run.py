@@ -93,10 +93,12 @@ def run(
     Raises:
         PipelineError: A result that is there isn't what was published: nothing is run, nothing is touched.
     """
-    ending = Ending(make_plan(recipe, catalog, items))
+    plan, states = current_plan(recipe, catalog, items)
+    ending = Ending(plan)
     for scope in ("item", "dataset"):
-        # Twice, since training leaves out the items that the first round rejects, and its key says so.
-        plan, states = current_plan(recipe, catalog, items)
+        if ending.published or ending.rejected:
+            # Training leaves out the items that the first round rejects, and its key says so.
+            plan, states = current_plan(recipe, catalog, items)
         chosen = select(plan, until, only)
         refuse_faults(chosen, states, remedy)
         if scope == "item":

@@ -20,8 +20,9 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any, NoReturn, TextIO
 
-from stages.runner import FAILED, Interrupted, Outcome, RunFunction, run_task
+from stages.runner import FAILED, NO_ROOM_LEFT, Interrupted, Outcome, RunFunction, run_task
 from stages.spec import Progress, StageSpec, Task
+from store import NoSpaceError
 
 _REPORT_EVERY = 0.25  # [s] between progress reports
 _SHOW_EVERY = 2.0  # [s] between lines of progress to a person
@@ -79,6 +80,8 @@ def _run_file(spec: StageSpec, load: Callable[[], RunFunction], path: Path, prog
         return Outcome(FAILED, f"{path}: can't be read as a task ({error}); plan again to write it anew")
     try:
         return run_task(spec, load, task, progress)
+    except NoSpaceError as error:  # of the receipt: the shard itself is there, and will be found
+        return Outcome(NO_ROOM_LEFT, str(error))
     except OSError as error:
         return Outcome(FAILED, f"{task.stage}/{task.item}: {error}")
 

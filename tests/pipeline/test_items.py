@@ -21,7 +21,7 @@ def write_clip(path: Path, frames: int, frame_time: float = 1 / 30) -> Path:
 
 
 def _collect(dataset: Dataset, folder: Path, motion: Path | None = None) -> list[Item]:
-    return collect(dataset, "r.toml [dataset]", MotionFiles(folder / "motions.json"), motion)
+    return collect(dataset, "r.toml [dataset]", MotionFiles(folder / "motions.json"), motion=motion)
 
 
 @pytest.fixture

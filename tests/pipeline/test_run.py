@@ -141,7 +141,7 @@ def test_bad_data_is_quarantined_and_never_retried(mill: Mill) -> None:
         assert "skipped: 2 tasks that waited 2 for yarn/one" in out
     assert (mill.output / "yarn" / "one.tries").read_text() == "x"
     assert not (mill.output / "bolt" / "all").exists()
-    assert "yarn/one: yarn/one: twist of the fibre is 7" in mill("status", "--why")[1]
+    assert "\nyarn/one: twist of the fibre is 7" in mill("status", "--why")[1]
     mill("clean", "--only", "one")
     mill("run")
     assert (mill.output / "yarn" / "one.tries").read_text() == "xx"
@@ -207,6 +207,28 @@ def test_one_task_runs_by_hand_and_leaves_its_receipt(mill: Mill) -> None:
     assert ended.returncode == 1 and "the task was planned for other code" in ended.stderr
     ended = subprocess.run([*command[:-1], "none.json"], capture_output=True, text=True, env=paths)
     assert ended.returncode == 1 and "none.json: can't be read as a task" in ended.stderr
+
+
+def test_a_full_disk_ends_the_run_and_loses_nothing(mill: Mill) -> None:
+    """A limit on file sizes stands for the full disk; it is too small for a shard, and enough for task files."""
+    mill("run", "--only", "two")
+    made = mill.shards()
+    code = (
+        "import resource, sys; from mill.__main__ import load_catalog, main;"
+        "resource.setrlimit(resource.RLIMIT_FSIZE, (4096, 4096));"
+        "sys.exit(main(sys.argv[1:], load_catalog('mill', ('yarn', 'weave', 'bolt'))))"
+    )
+    ended = subprocess.run(
+        [sys.executable, "-c", code, "run", str(mill.recipe), "--output", str(mill.output)],
+        capture_output=True,
+        text=True,
+        env={"PYTHONPATH": f"{mill.catalog.root()}:{Path(__file__).parents[2]}"},
+    )
+    assert ended.returncode == 74
+    assert "no room to write it (File too large); free some space there and run again\n" in ended.stdout
+    assert ended.stderr == ""
+    assert mill.shards() == made and not list(mill.output.rglob("*.tmp"))
+    assert mill("run")[0] == 0
 
 
 def test_clean_wants_to_know_what(mill: Mill) -> None:

@@ -13,7 +13,7 @@ class Mill:
     """The toy mill in a folder of its own."""
 
     def __init__(self, folder: Path, catalog: Catalog, read: Callable[[], tuple[str, str]]) -> None:
-        self.folder = folder
+        folder.mkdir(exist_ok=True)
         self.output = folder / "out"
         self.recipe = folder / "mill.toml"
         self.recipe.write_text(RECIPE.read_text())

@@ -13,7 +13,7 @@ def run(task: Task, progress: Progress) -> dict[str, Any]:
     for stage, items in task.inputs.items():
         for item, entry in items.items():
             shard = store.read(entry["path"], "train", entry["key"])
-            lines.append(f"{stage}/{item} {task.params['split'][item]} {shard[next(iter(shard))].sum():.6f}")
+            lines.append(f"{stage}/{item} {task.params['items'][item]['split']} {shard[next(iter(shard))].sum():.6f}")
 
     def build(folder: Path) -> None:
         (folder / "index.html").write_text("\n".join(lines))

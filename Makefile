@@ -1,0 +1,46 @@
+# Everything starts here: `make demo` from a fresh clone sets up what it needs, then makes the demo.
+
+PYTHON ?= python3.11
+RECIPE ?= recipes/demo.toml
+
+BIN := .venv/bin
+STAGES := body outfit simulate register encode train report
+RUN := $(BIN)/python -m pipeline run "$(RECIPE)" $(if $(MOTION),--motion "$(MOTION)") $(if $(FRAMES),--frames $(FRAMES)) $(if $(JOBS),--jobs $(JOBS))
+
+.DEFAULT_GOAL := help
+.PHONY: help env demo test status $(STAGES)
+
+help:
+	@echo "make demo                   set up, then make the demo: people, clothes, motion, models, report"
+	@echo "make demo MOTION=walk.bvh   the same on your own motion capture; FRAMES=120 for longer sequences"
+	@echo "make test                   set up, then lint, types and tests"
+	@echo "make STAGE RECIPE=FILE      run a recipe up to a stage: $(STAGES)"
+	@echo "make status RECIPE=FILE     show what is done"
+	@echo "make env                    set up only; PYTHON=/path/to/python3.11 if it isn't on the path, JOBS=N tasks at a time"
+
+env: .venv/.installed
+
+# The stamp comes last: an installation that was interrupted is taken up again.
+.venv/.installed: requirements.lock pyproject.toml
+	@command -v "$(PYTHON)" > /dev/null || { echo "$(PYTHON) not found: install Python 3.11, or name it: make PYTHON=/path/to/python3.11" >&2; exit 1; }
+	@echo "Setting up .venv from requirements.lock; the first time takes some minutes"
+	@test -x $(BIN)/python || "$(PYTHON)" -m venv .venv
+	@$(BIN)/python -m pip install --quiet --disable-pip-version-check -r requirements.lock
+	@$(BIN)/python -m pip install --quiet --disable-pip-version-check --no-deps --no-build-isolation -e .
+	@touch $@
+
+demo: env
+	@$(RUN)
+
+$(STAGES): env
+	@$(RUN) --until $@
+
+status: env
+	@$(BIN)/python -m pipeline status "$(RECIPE)" $(if $(MOTION),--motion "$(MOTION)") $(if $(FRAMES),--frames $(FRAMES)) --why
+
+test: env
+	$(BIN)/ruff check .
+	$(BIN)/ruff format --check .
+	$(BIN)/mypy
+	$(BIN)/lint-imports
+	$(BIN)/pytest
