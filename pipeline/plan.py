@@ -11,7 +11,7 @@ from pipeline.catalog import Catalog
 from pipeline.errors import PipelineError
 from pipeline.items import DATASET_ITEM, Item
 from pipeline.recipe import Recipe
-from stages.key import key_document, key_of
+from stages.key import canonical, key_document, key_of
 from stages.settings import suggestion
 from stages.spec import StageSpec, Task, seed_of
 
@@ -100,13 +100,14 @@ class Plan:
 def make_plan(recipe: Recipe, catalog: Catalog, items: Iterable[Item], dropped: Iterable[str] = ()) -> Plan:
     """Plan every task of `recipe` on `items`; the dataset's own tasks leave out the items in `dropped`."""
     plan = Plan(recipe, catalog, {item.id: item for item in items}, frozenset(dropped))
-    sections = {stage: recipe.plain_section(stage) for stage in catalog.specs}
     for stage, spec in catalog.specs.items():
+        section = recipe.plain_section(stage)
+        written = canonical(section)
         for item, kind, params in _subjects(plan, spec):
             inputs = tuple(_inputs(plan, spec, item))
             seed = seed_of(recipe.dataset.seed, stage, item)
-            document = _document(plan, spec, item, params, seed, inputs, sections[stage])
-            plan.tasks[stage, item] = PlannedTask(stage, item, kind, key_of(document), seed, params, inputs)
+            document = _document(plan, spec, item, params, seed, inputs, section)
+            plan.tasks[stage, item] = PlannedTask(stage, item, kind, key_of(document, written), seed, params, inputs)
     return plan
 
 

@@ -11,6 +11,9 @@ from typing import Any
 from stages.spec import StageSpec, Task
 from store.schema import SCHEMAS
 
+canonical = json.JSONEncoder(sort_keys=True, separators=(",", ":"), allow_nan=False).encode
+"""A value as canonical JSON: equal values give equal text."""
+
 
 def key_document(
     spec: StageSpec,
@@ -51,7 +54,13 @@ def document_of(spec: StageSpec, task: Task) -> dict[str, Any]:
     return key_document(spec, config=task.config, params=task.params, inputs=inputs, item=task.item, seed=task.seed)
 
 
-def key_of(document: Mapping[str, Any]) -> str:
-    """sha256 [hex] of the document's canonical JSON."""
-    text = json.dumps(document, sort_keys=True, separators=(",", ":"), allow_nan=False)
+def key_of(document: Mapping[str, Any], config: str = "") -> str:
+    """sha256 [hex] of the document's canonical JSON: that of its "config", a line break, that of the rest.
+
+    Args:
+        document: See `key_document`.
+        config: The canonical JSON of `document["config"]` if it is known: a plan has one for many tasks.
+    """
+    rest = {name: value for name, value in document.items() if name != "config"}
+    text = f"{config or canonical(document['config'])}\n{canonical(rest)}"
     return hashlib.sha256(text.encode()).hexdigest()
