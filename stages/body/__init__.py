@@ -1,0 +1,13 @@
+"""Bodies: a person's shape and motion, put together into a posed sequence that cloth can be laid on."""
+
+from stages.body.config import Config
+from stages.spec import StageSpec
+
+SPEC = StageSpec(
+    name="body",
+    needs=(),
+    params=("gender", "motion", "motion_sha256", "start", "frames"),
+    config=Config,
+    code_version=1,
+    schema="body",
+)

@@ -1,0 +1,43 @@
+"""Settings of the body stage: whose bodies, and how much room there must be between arms, trunk and legs."""
+
+from dataclasses import dataclass, field
+
+BETA_COUNT = 10
+"""Number of shape coefficients."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Config:
+    """The recipe's section `[body]`."""
+
+    shape_range: tuple[float, float] = field(default=(-3.0, 3.0), metadata={"ge": -3.0, "le": 3.0})
+    """Every beta is drawn uniformly from this range (CLOTH3D, Human 3D Sequences) [standard deviations]."""
+    betas: tuple[float, ...] = field(default=(), metadata={"ge": -3.0, "le": 3.0})
+    """First betas of everybody, instead of random ones; the others are drawn [standard deviations]."""
+    arm_gap: float = field(default=0.010, metadata={"gt": 0.0, "le": 0.05})
+    """Free space to which arms are opened from the trunk [m]."""
+    leg_gap: float = field(default=0.008, metadata={"gt": 0.0, "le": 0.05})
+    """Free space to which legs are opened from each other [m]."""
+    smallest_gap: float = field(default=0.004, metadata={"le": 0.05})
+    """Least free space in any frame, else the sequence is rejected: folded cloth must fit (CLOTH3D, Self-collision) [m]."""
+    largest_turn: float = field(default=0.8, metadata={"gt": 0.0, "le": 1.6})
+    """A sequence is rejected if an arm has to be turned farther than this to be free [rad]."""
+    largest_shift: float = field(default=0.15, metadata={"gt": 0.0, "le": 0.5})
+    """A sequence is rejected if a foot has to be moved farther than this to part the legs [m]."""
+
+    def __post_init__(self) -> None:
+        """Checks what concerns several settings.
+
+        Raises:
+            ValueError: Which setting is wrong, and how.
+        """
+        if self.shape_range[0] > self.shape_range[1]:
+            low, high = self.shape_range
+            raise ValueError(f"shape_range must run from low to high, got [{low:g}, {high:g}]")
+        if len(self.betas) > BETA_COUNT:
+            raise ValueError(f"betas must have at most {BETA_COUNT} values, got {len(self.betas)}")
+        for name in ("arm_gap", "leg_gap"):
+            if getattr(self, name) < self.smallest_gap:
+                raise ValueError(
+                    f"{name} must be >= smallest_gap = {self.smallest_gap:g} m, got {getattr(self, name):g}"
+                )

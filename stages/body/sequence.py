@@ -1,0 +1,129 @@
+"""From an embedded clip or a recording to the frames that were asked for, on one person, ready to be dressed."""
+
+from dataclasses import asdict, replace
+
+import numpy as np
+
+from model.body import REST_POSE
+from stages.body.bvh import Recording
+from stages.body.clips import CLIPS, perform
+from stages.body.figure import Figure
+from stages.body.grounding import ground
+from stages.body.hygiene import Opening
+from stages.body.motion import Motion
+from stages.body.repair import drop_fake_start, mend_flips
+from stages.body.resample import resample
+from stages.body.retarget import local_rotations, retarget
+from stages.body.turns import WORLD_FROM_MODEL, axis_angle
+from stages.spec import DataError
+
+
+def stand_at_rest() -> Motion:
+    """The rest pose, one frame, the root joint at the origin."""
+    return Motion(pose=REST_POSE[None].copy(), trans=np.zeros((1, 3)), planted=np.ones((1, 2), dtype=bool))
+
+
+def embedded(figure: Figure, name: str) -> Motion:
+    """A whole embedded clip.
+
+    Args:
+        figure: The person.
+        name: Name of the clip.
+
+    Returns:
+        The motion.
+
+    Raises:
+        DataError: There is no such clip.
+    """
+    if name not in CLIPS:
+        raise DataError(f"motion must be one of {', '.join(CLIPS)} or a .bvh file, got {name!r}")
+    return perform(figure, name)
+
+
+def recorded(figure: Figure, recording: Recording, name: str) -> Motion:
+    """A whole recording, mended, resampled, put on the person and stood on the ground.
+
+    Args:
+        figure: The person.
+        recording: The motion as it was read.
+        name: Name of the motion, for errors.
+
+    Returns:
+        The motion.
+
+    Raises:
+        DataError: The skeleton is not that of a person who can be recognised.
+    """
+    whole, _ = mend_flips(drop_fake_start(recording))
+    world, root, planted = ground(figure, *retarget(resample(whole), figure, name))
+    local = local_rotations(world)
+    local[:, 0] = WORLD_FROM_MODEL @ local[:, 0]
+    return Motion(pose=axis_angle(local), trans=root @ WORLD_FROM_MODEL.T, planted=planted)
+
+
+def cut(motion: Motion, start: int, frames: int, name: str, *, whole: bool) -> Motion:
+    """The frames asked for, moved so that the first one stands over the origin.
+
+    Args:
+        motion: A motion.
+        start: First frame.
+        frames: Number of frames.
+        name: Name of the motion, for errors.
+        whole: Whether all of them must be there; else the motion may end earlier.
+
+    Returns:
+        The part of the motion.
+
+    Raises:
+        DataError: The motion is too short.
+    """
+    length = len(motion)
+    if start < 0 or frames < 1 or start >= length or (whole and start + frames > length):
+        raise DataError(f"{name}: frames {start} to {start + frames - 1} wanted, it has {length}; ask for fewer")
+    part = slice(start, min(start + frames, length))
+    trans = motion.trans[part].copy()
+    trans[:, :2] -= trans[0, :2]
+    return replace(motion, pose=motion.pose[part], trans=trans, planted=motion.planted[part])
+
+
+def action_of(motion: str) -> str:
+    """The action that a motion's name tells: the clip's own, or the file's name without its number."""
+    if motion in CLIPS:
+        return CLIPS[motion].action
+    return motion.rstrip("0123456789_- ") or motion
+
+
+def judge(
+    opening: Opening, smallest_gap: float, largest_turn: float, largest_shift: float, name: str
+) -> dict[str, Any]:
+    """Decides whether the limbs are free, and sums up what was done to them.
+
+    Args:
+        opening: What was found and done.
+        smallest_gap: Least free space in any frame [m].
+        largest_turn: Farthest that an arm may be turned [rad].
+        largest_shift: Farthest that a foot may be moved [m].
+        name: Name of the item, for errors.
+
+    Returns:
+        Largest and smallest figures over all frames, SI units.
+
+    Raises:
+        DataError: The limbs can't be freed within these limits.
+    """
+    figures = {key: float(np.min(v) if "distance" in key else np.max(v)) for key, v in asdict(opening).items()}
+    for key, part in (("arm_distance", "an arm and the trunk"), ("leg_distance", "the legs")):
+        if figures[key] < smallest_gap:
+            frame = int(getattr(opening, key).argmin())
+            raise DataError(
+                f"{name}: {part} are {figures[key] * 1e3:.1f} mm apart in frame {frame}, less than smallest_gap = "
+                f"{smallest_gap * 1e3:g} mm; choose another motion or a thinner body"
+            )
+    for key, limit, unit in (("arm_turn", largest_turn, "rad"), ("foot_shift", largest_shift, "m")):
+        if figures[key] > limit:
+            raise DataError(
+                f"{name}: freeing the limbs takes {key} = {figures[key]:.2f} {unit}, more than {limit:g}; choose "
+                "another motion or a thinner body"
+            )
+    return figures
