@@ -19,7 +19,7 @@ class Config:
     leg_gap: float = field(default=0.008, metadata={"gt": 0.0, "le": 0.05})
     """Free space to which legs are opened from each other [m]."""
     smallest_gap: float = field(default=0.004, metadata={"le": 0.05})
-    """Least free space in any frame, else the sequence is rejected: folded cloth must fit (CLOTH3D, Self-collision) [m]."""
+    """Least free space, else the sequence is rejected: folded cloth must fit (CLOTH3D, Self-collision) [m]."""
     largest_turn: float = field(default=0.8, metadata={"gt": 0.0, "le": 1.6})
     """A sequence is rejected if an arm has to be turned farther than this to be free [rad]."""
     largest_shift: float = field(default=0.15, metadata={"gt": 0.0, "le": 0.5})

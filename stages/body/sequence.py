@@ -96,7 +96,7 @@ def action_of(motion: str) -> str:
 
 def judge(
     opening: Opening, smallest_gap: float, largest_turn: float, largest_shift: float, name: str
-) -> dict[str, Any]:
+) -> dict[str, float]:
     """Decides whether the limbs are free, and sums up what was done to them.
 
     Args:
