@@ -59,7 +59,7 @@ def piece_spheres(
     piece_centre: Array,
     piece_radius: Array,
 ) -> None:
-    """Bounding sphere of every piece of a triangle; a piece is similar to its triangle, `piece_scale` times as large."""
+    """Bounding sphere of every piece of a triangle; a piece is like its triangle, `piece_scale` times as large."""
     for k in range(piece_face.shape[0]):
         f = piece_face[k]
         u = vec(piece_bary, k)

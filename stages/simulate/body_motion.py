@@ -35,7 +35,7 @@ class BodyMotion:
         if len(self.faces) and self.faces.max() >= len(first):
             raise DataError(f"body: a face names vertex {self.faces.max()}, but there are {len(first)} vertices")
         self.across = _faces_across(self.faces)
-        self.start, self.incident = _incident_corners(self.faces, len(first))
+        self.start, self.incident = incident_corners(self.faces, len(first))
         self.x, self.x_old = first.copy(), first.copy()
         self.face_normal, self.centre = np.zeros((len(self.faces), 3)), np.zeros((len(self.faces), 3))
         self.radius = np.zeros(len(self.faces))
@@ -100,8 +100,8 @@ def _faces_across(faces: np.ndarray) -> np.ndarray:
     return flat.reshape(-1, 3)
 
 
-def _incident_corners(faces: np.ndarray, count: int) -> tuple[np.ndarray, np.ndarray]:
-    """start [V + 1] and corners [3 F]: vertex i is corner c % 3 of face c // 3 for c in corners[start[i]:start[i + 1]]."""
+def incident_corners(faces: np.ndarray, count: int) -> tuple[np.ndarray, np.ndarray]:
+    """start [V + 1], corners [3 F]: vertex i is corner c % 3 of face c // 3 for c in corners[start[i]:start[i + 1]]."""
     order = np.argsort(faces.ravel(), kind="stable").astype(np.int32)
     start = np.searchsorted(faces.ravel()[order], np.arange(count + 1)).astype(np.int32)
     return start, order

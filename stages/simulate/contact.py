@@ -107,6 +107,7 @@ class BodyContact:
         """Force and block at `x`, a step of `dt` [s] after `x_start`."""
         b = self.body
         if not len(b.faces):
+            self.force[:] = 0.0
             return
         self.locate(x)
         press(

@@ -39,18 +39,18 @@ def spring_blocks(
     for s in range(edges.shape[0]):
         i, j = edges[s, 0], edges[s, 1]
         d = vec(x, i) - vec(x, j)
-        l = ti.max(d.norm(), 1e-9)
-        n = d / l
+        length = ti.max(d.norm(), 1e-9)
+        n = d / length
         l0 = rest_length[s]
         k = stiffness[s]
         slope = k
-        tension = k * (l - l0)
-        beyond = l - l0 * (1.0 + limit[s])
+        tension = k * (length - l0)
+        beyond = length - l0 * (1.0 + limit[s])
         if beyond > 0:
             slope = k * stiffening[s]
             tension += k * (stiffening[s] - 1.0) * beyond
         viscous = damping[s] * k / h
-        a = ti.max(tension, 0.0) / l
+        a = ti.max(tension, 0.0) / length
         w = ti.sqrt(ti.max(slope + viscous - a, 0.0)) * n
         moved = d - (vec(x_bar, i) - vec(x_bar, j))
         q = edge_bend[s]
@@ -206,7 +206,7 @@ def advance(
     out: Array,
     largest: Array,
 ) -> None:
-    """out = x + dx with no vertex moved by more than `longest`; the largest |dx| of each block, -1 if one is not finite."""
+    """out = x + dx with no vertex moved by more than `longest`; the largest |dx| of each block, 1e30 if not finite."""
     n = x.shape[0]
     for b in range(blocks):
         most = ti.f64(0.0)

@@ -1,4 +1,4 @@
-"""A dense grid that sorts points into cells, in the points' own order: neighbours without a hash and without atomics."""
+"""A dense grid that sorts points into cells, in the points' own order: no hash and no atomics."""
 
 import numpy as np
 import taichi as ti

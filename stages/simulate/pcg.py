@@ -1,5 +1,7 @@
 """Conjugate gradients on the step's linear system, preconditioned by the inverse of each vertex's 3x3 block."""
 
+from typing import Any
+
 import numpy as np
 import taichi as ti
 
@@ -77,7 +79,7 @@ def iterate(
     part: Array,
     scalars: Array,
 ) -> None:
-    """SWEEPS iterations in the form with one reduction (Chronopoulos and Gear 1989): z = M^-1 r, w = A z, then p, q = A p.
+    """SWEEPS iterations in the form with one reduction (Chronopoulos and Gear 1989): z = M^-1 r, w = A z, p, q = A p.
 
     The product A z is D z - sum (a + w w^T) z_j + bending + contacts, gathered vertex by vertex. A contact between
     cloth adds sum_c weight_i K_c (sum_k weight_k z_k), K_c = a I + w w^T. scalars: r.z, alpha, beta, r.z at the start.
@@ -155,7 +157,7 @@ class Pcg:
     Solves A dx = residual until sqrt(r.z) falls below `tolerance` times its first value (z = inverse r).
     """
 
-    def __init__(self, count: int, dtype: type = np.float32) -> None:
+    def __init__(self, count: int, dtype: Any = np.float32) -> None:
         self.dx, self.r, self.z, self.p, self.q, self.w = (np.zeros((count, 3), dtype) for _ in range(6))
         self.diagonal, self.inverse = np.zeros((count, 6), dtype), np.zeros((count, 6), dtype)
         self.u = np.zeros((1, 3), dtype)

@@ -12,6 +12,7 @@ from scipy.spatial import cKDTree
 from stages.simulate.body_motion import BodyMotion
 from stages.simulate.config import SimulateConfig
 from stages.simulate.contact import BodyContact
+from stages.simulate.pairs import PairContact
 from stages.simulate.runtime import start_taichi
 from stages.simulate.scene import Scene
 from stages.simulate.springs import Springs
@@ -89,9 +90,28 @@ def make_stepper(scene: Scene, config: SimulateConfig) -> Stepper:
         held[scene.pins] = scene.pin_goal(time)
         return held
 
+    pairs = None
+    if config.self_collision:
+        vertices, faces, _, layer = joined(scene)
+        pairs = PairContact(
+            vertices,
+            faces,
+            springs.edges,
+            layer,
+            springs.area,
+            springs.mass,
+            per_vertex(scene, "friction"),
+            thickness=config.thickness,
+            slack=config.pair_slack,
+            untangle=config.untangle,
+            stiffness=config.contact_stiffness,
+            every=config.pair_every,
+            dtype=np.float32 if config.precision == "f32" else np.float64,
+        )
     return Stepper(
         springs,
         contact,
+        pairs,
         config,
         scene.start,
         drag=per_vertex(scene, "drag"),

@@ -100,8 +100,8 @@ class Springs:
         edges: Shape [E, 2]; rest_length [m], stiffness [N/m], limit, stiffening, damping [s], each [E].
         start, neighbour, spring: The gather lists over `edges`.
         edge_bend: Bending coefficient q_ij of each edge [N/m], shape [E].
-        bend_start, bend_neighbour, bend: Gather lists over the bending pairs that are not edges, with q_ij [N/m] for each
-            entry; bend_sum [N/m] the sum over a vertex, shape [N]; bend_damping [s], shape [N].
+        bend_start, bend_neighbour, bend: Gather lists over the bending pairs that aren't edges, with q_ij [N/m] for
+            each entry; bend_sum [N/m] the sum over a vertex, shape [N]; bend_damping [s], shape [N].
     """
 
     def __init__(

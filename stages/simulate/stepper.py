@@ -12,6 +12,7 @@ from stages.simulate.config import SimulateConfig
 from stages.simulate.contact import BodyContact
 from stages.simulate.elastic import advance, gather_rows, inertial_target, spring_blocks
 from stages.simulate.kernels import BLOCKS
+from stages.simulate.pairs import PairContact
 from stages.simulate.pcg import SWEEPS, Pcg, begin, iterate
 from stages.simulate.springs import Springs
 from stages.spec import DataError
@@ -58,6 +59,7 @@ class Stepper:
         self,
         springs: Springs,
         contact: BodyContact,
+        pairs: PairContact | None,
         config: SimulateConfig,
         x: np.ndarray,
         *,
@@ -66,10 +68,10 @@ class Stepper:
         goal: Callable[[float], np.ndarray] | None = None,
         wind: tuple[float, float, float] = (0.0, 0.0, 0.0),
     ) -> None:
-        """Start at rest at `x`; `goal(time)` gives every vertex's place [N, 3], of which those with `fixed` are used."""
+        """Start at rest at `x`; `goal(time)` gives places [N, 3], of which those of the `fixed` vertices are used."""
         n = len(x)
         real = np.float32 if config.precision == "f32" else np.float64
-        self.springs, self.contact, self.config = springs, contact, config
+        self.springs, self.contact, self.pairs, self.config = springs, contact, pairs, config
         self.time, self.last_dt = 0.0, 0.0
         self.x, self.v = np.array(x, np.float64), np.zeros((n, 3))
         self.x_old, self.v_old = self.x.copy(), self.v.copy()
@@ -136,12 +138,18 @@ class Stepper:
         clock = self.report.clock("body", clock)
         self.contact.search(self.guess, c.margin + 1.5 * c.travel)
         clock = self.report.clock("candidates", clock)
+        if self.pairs is not None:
+            self.pairs.search(self.x)
+            clock = self.report.clock("pairs", clock)
         x, other = self.guess, self.trial
         self.bend_scale[:] = 1 + s.bend_damping / h
         for _ in range(c.newton_iterations):
             clock = perf_counter()
             self.contact.evaluate(x, self.x, dt)
             clock = self.report.clock("contact", clock)
+            if self.pairs is not None:
+                self.pairs.evaluate(x, self.x, self.contact.force, self.pair_block)
+                clock = self.report.clock("pairs", clock)
             self._assemble(x, h)
             clock = self.report.clock("assembly", clock)
             self._solve()
@@ -206,6 +214,10 @@ class Stepper:
 
     def _solve(self) -> None:
         s, p, c = self.springs, self.pcg, self.config
+        q = self.pairs
+        count, pairs, u = 0, self.no_pairs, p.u
+        if q is not None:
+            count, pairs, u = q.count, (q.vertices, q.weights, q.block, q.start, q.index), q.u
         begin(self.residual, p.inverse, p.dx, p.r, p.z, p.p, p.q, p.scalars)
         for _ in range(0, c.linear_iterations, SWEEPS):
             iterate(
@@ -219,8 +231,8 @@ class Stepper:
                 s.bend_neighbour,
                 self.bend,
                 self.bend_scale,
-                0,
-                *self.no_pairs,
+                count,
+                *pairs,
                 BLOCKS,
                 p.dx,
                 p.r,
@@ -228,7 +240,7 @@ class Stepper:
                 p.p,
                 p.q,
                 p.w,
-                p.u,
+                u,
                 p.part,
                 p.scalars,
             )
@@ -239,6 +251,9 @@ class Stepper:
     def _finish(self, x: np.ndarray, spare: np.ndarray, dt: float, h: float) -> None:
         c, r = self.config, self.report
         clock = perf_counter()
+        if self.pairs is not None:
+            self.pairs.part(x, self.fixed, 2)
+            clock = r.clock("pairs", clock)
         least, moved = self.contact.lift(x, self.fixed, c.floor)
         if least < -c.travel and self.last_dt > 0:
             raise Rejected(int(np.argmin(self.contact.distance)), f"it went {-least * 1e3:.1f} mm into the body")

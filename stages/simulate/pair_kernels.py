@@ -1,0 +1,462 @@
+"""Kernels of contact between cloth and cloth: vertex against face and edge against edge."""
+
+import taichi as ti
+
+from stages.simulate.closest import closest_on_triangle
+from stages.simulate.grid import cell_of
+from stages.simulate.kernels import Array, Int, Real, Value, inline, kernel, put, vec
+
+
+@kernel
+def face_spheres(
+    x: Array,
+    faces: Array,
+    # outputs
+    centre: Array,
+    radius: Array,
+    normal: Array,
+) -> None:
+    """Centroid, bounding radius about it and unit normal of every face."""
+    for f in range(faces.shape[0]):
+        a, b, c = vec(x, faces[f, 0]), vec(x, faces[f, 1]), vec(x, faces[f, 2])
+        m = (a + b + c) / 3.0
+        put(centre, f, m)
+        radius[f] = ti.sqrt(ti.max((a - m).norm_sqr(), (b - m).norm_sqr(), (c - m).norm_sqr()))
+        n = (b - a).cross(c - a)
+        put(normal, f, n / ti.max(n.norm(), 1e-20))
+
+
+@kernel
+def edge_spheres(
+    x: Array,
+    edges: Array,
+    # outputs
+    centre: Array,
+    radius: Array,
+) -> None:
+    """Midpoint and half length of every edge."""
+    for e in range(edges.shape[0]):
+        a, b = vec(x, edges[e, 0]), vec(x, edges[e, 1])
+        put(centre, e, 0.5 * (a + b))
+        radius[e] = 0.5 * (a - b).norm()
+
+
+@inline
+def closest_on_edges(a: Value, b: Value, c: Value, d: Value) -> Value:
+    """Parameters (s, t) of the closest points of segments ab and cd, clamped to [0, 1] (Ericson 2005, 5.1.9)."""
+    u, v, w = b - a, d - c, a - c
+    uu, vv, uv = u.dot(u), v.dot(v), u.dot(v)
+    uw, vw = u.dot(w), v.dot(w)
+    den = uu * vv - uv * uv
+    s = 0.5
+    if den > 1e-9 * uu * vv:
+        s = ti.max(0.0, ti.min(1.0, (uv * vw - uw * vv) / den))
+    t = (uv * s + vw) / ti.max(vv, 1e-30)
+    if t < 0.0:
+        t = 0.0
+        s = ti.max(0.0, ti.min(1.0, -uw / ti.max(uu, 1e-30)))
+    elif t > 1.0:
+        t = 1.0
+        s = ti.max(0.0, ti.min(1.0, (uv - uw) / ti.max(uu, 1e-30)))
+    return ti.Vector([s, t])
+
+
+@kernel
+def find_vertex_faces(
+    x: Array,
+    faces: Array,
+    layer: Array,
+    centre: Array,
+    radius: Array,
+    near: Real,
+    far: Real,
+    widest: Real,
+    lo: Array,
+    size: Real,
+    dims: Array,
+    first: Array,
+    items: Array,
+    # outputs
+    count: Array,
+    found: Array,
+) -> None:
+    """Faces closer to each vertex than `near` in its own garment, or `far` in another, but not its own faces."""
+    for i in range(x.shape[0]):
+        p = vec(x, i)
+        n = 0
+        reach = ti.max(near, far)
+        r = ti.Vector([1.0, 1.0, 1.0]) * (reach + widest)
+        a, b = cell_of(p - r, lo, size, dims), cell_of(p + r, lo, size, dims)
+        for cz in range(a[2], b[2] + 1):
+            for cy in range(a[1], b[1] + 1):
+                row = (cz * dims[1] + cy) * dims[0]
+                for k in range(first[row + a[0]], first[row + b[0] + 1]):
+                    f = items[k]
+                    limit = near
+                    if layer[faces[f, 0]] != layer[i]:
+                        limit = far
+                    bound = limit + radius[f]
+                    if (vec(centre, f) - p).norm_sqr() < bound * bound:
+                        i0, i1, i2 = faces[f, 0], faces[f, 1], faces[f, 2]
+                        if i != i0 and i != i1 and i != i2:
+                            u = closest_on_triangle(p, vec(x, i0), vec(x, i1), vec(x, i2))
+                            d = p - u[0] * vec(x, i0) - u[1] * vec(x, i1) - u[2] * vec(x, i2)
+                            if d.norm_sqr() < limit * limit:
+                                if n < found.shape[1]:
+                                    found[i, n] = f
+                                n += 1
+        count[i] = n
+
+
+@kernel
+def find_edge_edges(
+    x: Array,
+    edges: Array,
+    layer: Array,
+    centre: Array,
+    radius: Array,
+    near: Real,
+    far: Real,
+    widest: Real,
+    lo: Array,
+    size: Real,
+    dims: Array,
+    first: Array,
+    items: Array,
+    # outputs
+    count: Array,
+    found: Array,
+) -> None:
+    """Edges of higher index closer to each edge than `near`, `far` between garments, that share no vertex with it."""
+    for e in range(edges.shape[0]):
+        p = vec(centre, e)
+        n = 0
+        reach = ti.max(near, far)
+        r = ti.Vector([1.0, 1.0, 1.0]) * (reach + widest + radius[e])
+        i0, i1 = edges[e, 0], edges[e, 1]
+        xa, xb = vec(x, i0), vec(x, i1)
+        a, b = cell_of(p - r, lo, size, dims), cell_of(p + r, lo, size, dims)
+        for cz in range(a[2], b[2] + 1):
+            for cy in range(a[1], b[1] + 1):
+                row = (cz * dims[1] + cy) * dims[0]
+                for k in range(first[row + a[0]], first[row + b[0] + 1]):
+                    g = items[k]
+                    if g > e:
+                        j0, j1 = edges[g, 0], edges[g, 1]
+                        limit = near
+                        if layer[j0] != layer[i0]:
+                            limit = far
+                        bound = limit + radius[g] + radius[e]
+                        apart = i0 != j0 and i0 != j1 and i1 != j0 and i1 != j1
+                        if apart and (vec(centre, g) - p).norm_sqr() < bound * bound:
+                            st = closest_on_edges(xa, xb, vec(x, j0), vec(x, j1))
+                            d = (1 - st[0]) * xa + st[0] * xb - (1 - st[1]) * vec(x, j0) - st[1] * vec(x, j1)
+                            if d.norm_sqr() < limit * limit:
+                                if n < found.shape[1]:
+                                    found[e, n] = g
+                                n += 1
+        count[e] = n
+
+
+@inline
+def face_normal_of(x: Value, a: Value, b: Value, c: Value) -> Value:
+    """Unit normal of the triangle of vertices a, b, c."""
+    n = (vec(x, b) - vec(x, a)).cross(vec(x, c) - vec(x, a))
+    return n / ti.max(n.norm(), 1e-20)
+
+
+@kernel
+def write_pairs(
+    x: Array,
+    rest: Array,
+    vertex_normal: Array,
+    faces: Array,
+    edges: Array,
+    layer: Array,
+    thickness: Real,
+    vf_start: Array,
+    vf_count: Array,
+    vf_found: Array,
+    ee_start: Array,
+    ee_count: Array,
+    ee_found: Array,
+    # outputs
+    vertices: Array,
+    side: Array,
+    gap: Array,
+) -> None:
+    """The pairs found: their four vertices, the direction from the second to the first part, and the distance to keep.
+
+    `side` is where the first part is now relative to the second. Between garments whose normals agree it is where it
+    ought to be, by the order of the layers, so that garments that start or get entangled come apart. Parts that are
+    close together at rest keep at most 0.7 of that distance.
+    """
+    for i in range(vf_count.shape[0]):
+        for k in range(vf_count[i]):
+            f = vf_found[i, k]
+            a, b, c = faces[f, 0], faces[f, 1], faces[f, 2]
+            o = vf_start[i] + k
+            vertices[o, 0], vertices[o, 1], vertices[o, 2], vertices[o, 3] = i, a, b, c
+            n = face_normal_of(x, a, b, c)
+            u = closest_on_triangle(vec(x, i), vec(x, a), vec(x, b), vec(x, c))
+            d = vec(x, i) - u[0] * vec(x, a) - u[1] * vec(x, b) - u[2] * vec(x, c)
+            way = 1.0
+            if d.dot(n) < 0:
+                way = -1.0
+            keep = thickness
+            if layer[i] != layer[a]:
+                if n.dot(vec(vertex_normal, i)) > 0.2:
+                    way = 1.0
+                    if layer[i] < layer[a]:
+                        way = -1.0
+            else:
+                u = closest_on_triangle(vec(rest, i), vec(rest, a), vec(rest, b), vec(rest, c))
+                d = vec(rest, i) - u[0] * vec(rest, a) - u[1] * vec(rest, b) - u[2] * vec(rest, c)
+                keep = ti.min(thickness, 0.7 * d.norm())
+            put(side, o, way * n)
+            gap[o] = keep
+    for e in range(ee_count.shape[0]):
+        for k in range(ee_count[e]):
+            g = ee_found[e, k]
+            a, b, c, d = edges[e, 0], edges[e, 1], edges[g, 0], edges[g, 1]
+            o = ee_start[e] + k
+            vertices[o, 0], vertices[o, 1], vertices[o, 2], vertices[o, 3] = a, b, c, d
+            st = closest_on_edges(vec(x, a), vec(x, b), vec(x, c), vec(x, d))
+            s, t = st[0], st[1]
+            w = (1 - s) * vec(x, a) + s * vec(x, b) - (1 - t) * vec(x, c) - t * vec(x, d)
+            keep = thickness
+            if layer[a] != layer[c]:
+                n1 = vec(vertex_normal, a) + vec(vertex_normal, b)
+                n2 = vec(vertex_normal, c) + vec(vertex_normal, d)
+                if n1.dot(n2) > 0.8:
+                    w = n1 + n2
+                    if layer[a] < layer[c]:
+                        w = -w
+            else:
+                st = closest_on_edges(vec(rest, a), vec(rest, b), vec(rest, c), vec(rest, d))
+                s, t = st[0], st[1]
+                r = (1 - s) * vec(rest, a) + s * vec(rest, b) - (1 - t) * vec(rest, c) - t * vec(rest, d)
+                keep = ti.min(thickness, 0.7 * r.norm())
+            put(side, o, w / ti.max(w.norm(), 1e-12))
+            gap[o] = keep
+
+
+@inline
+def pair_state(x: Value, vertices: Value, o: Value, faces_first: Value, side: Value) -> Value:
+    """Weights (4), normal (3) and signed distance of pair o; distance 1e9 where its parts don't face each other."""
+    a, b, c, d = vertices[o, 0], vertices[o, 1], vertices[o, 2], vertices[o, 3]
+    ref = vec(side, o)
+    w = ti.Vector([0.0, 0.0, 0.0, 0.0])
+    n = ti.Vector([0.0, 0.0, 0.0])
+    inside = False
+    if o < faces_first:
+        u = closest_on_triangle(vec(x, a), vec(x, b), vec(x, c), vec(x, d))
+        w = ti.Vector([1.0, -u[0], -u[1], -u[2]])
+        n = face_normal_of(x, b, c, d)
+        inside = u[3] > 5.5
+    else:
+        st = closest_on_edges(vec(x, a), vec(x, b), vec(x, c), vec(x, d))
+        s, t = st[0], st[1]
+        w = ti.Vector([1 - s, s, t - 1, -t])
+        u, v = vec(x, b) - vec(x, a), vec(x, d) - vec(x, c)
+        m = u.cross(v)
+        size = m.norm()
+        n = m / ti.max(size, 1e-20)
+        # Nearly parallel edges have no reliable normal; their ends' faces see to them.
+        inside = s > 0 and s < 1 and t > 0 and t < 1 and size > 0.05 * u.norm() * v.norm()
+    if n.dot(ref) < 0:
+        n = -n
+    z = w[0] * vec(x, a) + w[1] * vec(x, b) + w[2] * vec(x, c) + w[3] * vec(x, d)
+    distance = 1e9
+    if inside:
+        distance = z.dot(n)
+    return ti.Vector([w[0], w[1], w[2], w[3], n[0], n[1], n[2], distance])
+
+
+@kernel
+def press_pairs(
+    x: Array,
+    x_start: Array,
+    vertices: Array,
+    side: Array,
+    gap: Array,
+    faces_first: Int,
+    total: Int,
+    area: Array,
+    friction: Array,
+    stiffness: Real,
+    # outputs
+    active: Array,
+    weights: Array,
+    block: Array,
+    force: Array,
+) -> None:
+    """Force on the first part of every pair nearer than its gap, and its stiffness a I + w w^T.
+
+    E = k/2 (gap - d)^2; friction mu k (gap - d) against the slip of the step, at most half the normal stiffness.
+    """
+    for o in range(total):
+        q = pair_state(x, vertices, o, faces_first, side)
+        n = ti.Vector([q[4], q[5], q[6]])
+        missing = gap[o] - q[7]
+        active[o] = 0
+        # Deeper than this the pair isn't a contact: the surfaces have passed each other elsewhere.
+        if missing > 0 and missing < 0.02:
+            active[o] = 1
+            patch, mu = 0.0, 0.0
+            slip = ti.Vector([0.0, 0.0, 0.0])
+            for c in ti.static(range(4)):
+                v = vertices[o, c]
+                patch += 0.25 * area[v]
+                mu += 0.25 * friction[v]
+                weights[o, c] = q[c]
+                slip += q[c] * (vec(x, v) - vec(x_start, v))
+            slip -= n * n.dot(slip)
+            k = stiffness * patch
+            load = k * ti.min(missing, 2.0 * gap[o])
+            hold = ti.min(0.5 * k, mu * load / ti.max(slip.norm(), 1e-9))
+            f = load * n - hold * slip
+            put(force, o, f)
+            r = ti.sqrt(ti.max(k - hold, 0.0)) * n
+            block[o, 0] = hold
+            block[o, 1] = r[0]
+            block[o, 2] = r[1]
+            block[o, 3] = r[2]
+
+
+@kernel
+def compact_pairs(
+    total: Int,
+    active: Array,
+    vertices: Array,
+    weights: Array,
+    block: Array,
+    force: Array,
+    # outputs
+    kept: Array,
+    kept_vertices: Array,
+    kept_weights: Array,
+    kept_block: Array,
+    kept_force: Array,
+    start: Array,
+    index: Array,
+) -> None:
+    """The active pairs in order, and for each vertex its places in them: index = 4 pair + corner. kept[0]: how many."""
+    for i in range(start.shape[0]):
+        start[i] = 0
+    ti.loop_config(serialize=True)
+    for _ in range(1):
+        m = 0
+        for o in range(total):
+            if active[o] == 1:
+                for c in ti.static(range(4)):
+                    kept_vertices[m, c] = vertices[o, c]
+                    kept_weights[m, c] = weights[o, c]
+                    kept_block[m, c] = block[o, c]
+                    start[vertices[o, c] + 2] += 1
+                for c in ti.static(range(3)):
+                    kept_force[m, c] = force[o, c]
+                m += 1
+        kept[0] = m
+        for i in range(start.shape[0] - 2):
+            start[i + 2] += start[i + 1]
+        for o in range(m):
+            for c in ti.static(range(4)):
+                v = kept_vertices[o, c] + 1
+                index[start[v]] = 4 * o + c
+                start[v] += 1
+
+
+@kernel
+def gather_pairs(
+    start: Array,
+    index: Array,
+    weights: Array,
+    block: Array,
+    pair_force: Array,
+    # outputs
+    force: Array,
+    diagonal: Array,
+) -> None:
+    """Add the pairs' forces to `force`, and set the diagonal blocks of their stiffness, vertex by vertex."""
+    for i in range(diagonal.shape[0]):
+        f = vec(force, i)
+        iso = 0.0
+        for c in ti.static(range(6)):
+            diagonal[i, c] = 0.0
+        for e in range(start[i], start[i + 1]):
+            o, c = index[e] // 4, index[e] % 4
+            w = ti.f64(weights[o, c])
+            f += w * vec(pair_force, o)
+            u, v, z = ti.f64(block[o, 1]), ti.f64(block[o, 2]), ti.f64(block[o, 3])
+            w2 = w * w
+            iso += w2 * ti.f64(block[o, 0])
+            diagonal[i, 0] += w2 * u * u
+            diagonal[i, 1] += w2 * u * v
+            diagonal[i, 2] += w2 * u * z
+            diagonal[i, 3] += w2 * v * v
+            diagonal[i, 4] += w2 * v * z
+            diagonal[i, 5] += w2 * z * z
+        diagonal[i, 0] += iso
+        diagonal[i, 3] += iso
+        diagonal[i, 5] += iso
+        put(force, i, f)
+
+
+@kernel
+def part_pairs(
+    x: Array,
+    vertices: Array,
+    side: Array,
+    gap: Array,
+    faces_first: Int,
+    total: Int,
+    mass: Array,
+    fixed: Array,
+    # outputs
+    active: Array,
+    weights: Array,
+    force: Array,
+) -> None:
+    """Displacement that would bring every pair that has come too near back to a quarter of its gap.
+
+    `weights` holds each vertex's share of it, light vertices moving more: w_i / m_i over sum w_j^2 / m_j.
+    """
+    for o in range(total):
+        q = pair_state(x, vertices, o, faces_first, side)
+        missing = 0.25 * gap[o] - q[7]
+        active[o] = 0
+        if missing > 0 and missing < 0.02:
+            total_share = 0.0
+            for c in ti.static(range(4)):
+                v = vertices[o, c]
+                if fixed[v] == 0:
+                    total_share += q[c] * q[c] / mass[v]
+            if total_share > 0:
+                active[o] = 1
+                put(force, o, missing * ti.Vector([q[4], q[5], q[6]]))
+                for c in ti.static(range(4)):
+                    v = vertices[o, c]
+                    weights[o, c] = 0.0
+                    if fixed[v] == 0:
+                        weights[o, c] = q[c] / (mass[v] * total_share)
+
+
+@kernel
+def move_parted(
+    start: Array,
+    index: Array,
+    weights: Array,
+    shift: Array,
+    # outputs
+    x: Array,
+) -> None:
+    """Move each vertex by the mean of what its pairs ask of it."""
+    for i in range(x.shape[0]):
+        n = start[i + 1] - start[i]
+        if n > 0:
+            d = ti.Vector([0.0, 0.0, 0.0])
+            for e in range(start[i], start[i + 1]):
+                o, c = index[e] // 4, index[e] % 4
+                d += ti.f64(weights[o, c]) * vec(shift, o)
+            put(x, i, vec(x, i) + d / n)

@@ -1,0 +1,157 @@
+"""Contact of cloth with cloth: self-collision, and one garment over another."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from stages.simulate.body_motion import incident_corners
+from stages.simulate.grid import Grid
+from stages.simulate.pair_kernels import (
+    compact_pairs,
+    edge_spheres,
+    face_spheres,
+    find_edge_edges,
+    find_vertex_faces,
+    gather_pairs,
+    move_parted,
+    part_pairs,
+    press_pairs,
+    write_pairs,
+)
+from stages.simulate.pair_normals import cloth_normals
+
+
+class PairContact:
+    """Proximity pairs of vertices with faces and edges with edges, their forces, and the stiffness they add.
+
+    Each pair keeps its parts on the sides they are on when found; between garments whose surfaces face the same way,
+    on the sides that the order of the layers says. Found anew every `every` steps with `slack` to spare in between.
+
+    Attributes:
+        count: Active pairs; vertices [P, 4], weights [P, 4], block [P, 4] (K = a I + w w^T) of them, and the gather
+            list start [N + 2], index [4 P]: see `compact_pairs`.
+    """
+
+    def __init__(
+        self,
+        rest: np.ndarray,
+        faces: np.ndarray,
+        edges: np.ndarray,
+        layer: np.ndarray,
+        area: np.ndarray,
+        mass: np.ndarray,
+        friction: np.ndarray,
+        *,
+        thickness: float,
+        slack: float,
+        untangle: float,
+        stiffness: float,
+        every: int,
+        dtype: Any,
+    ) -> None:
+        n = len(rest)
+        self.rest, self.faces, self.edges = rest, np.ascontiguousarray(faces, np.int32), edges
+        self.layer, self.area, self.mass, self.friction = layer, area, mass, friction
+        self.thickness, self.slack, self.stiffness, self.every = thickness, slack, stiffness, every
+        self.untangle = untangle if layer.max(initial=0) > 0 else 0.0
+        self.corner_start, self.corner = incident_corners(self.faces, n)
+        self.vertex_normal = np.zeros((n, 3))
+        self.face_centre, self.face_radius = np.zeros((len(faces), 3)), np.zeros(len(faces))
+        self.face_normal = np.zeros((len(faces), 3))
+        self.edge_centre, self.edge_radius = np.zeros((len(edges), 3)), np.zeros(len(edges))
+        self.face_grid, self.edge_grid = Grid(len(faces)), Grid(len(edges))
+        self.vf_count, self.vf_found = np.zeros(n, np.int32), np.zeros((n, 16), np.int32)
+        self.ee_count, self.ee_found = np.zeros(len(edges), np.int32), np.zeros((len(edges), 16), np.int32)
+        self.dtype = dtype
+        self.total = self.faces_first = self.count = 0
+        self.age = every
+        self.kept = np.zeros(1, np.int32)
+        self.start = np.zeros(n + 2, np.int32)
+        self._room(1024)
+
+    def _room(self, total: int) -> None:
+        """Buffers for `total` pairs."""
+        self.found_vertices, self.side, self.gap = np.zeros((total, 4), np.int32), np.zeros((total, 3)), np.zeros(total)
+        self.active = np.zeros(total, np.int32)
+        self.found_weights, self.found_block = np.zeros((total, 4), self.dtype), np.zeros((total, 4), self.dtype)
+        self.found_force, self.force = np.zeros((total, 3)), np.zeros((total, 3))
+        self.vertices, self.index = np.zeros((total, 4), np.int32), np.zeros(4 * total, np.int32)
+        self.weights, self.block = np.zeros((total, 4), self.dtype), np.zeros((total, 4), self.dtype)
+        self.u = np.zeros((total, 3), self.dtype)
+
+    def search(self, x: np.ndarray) -> None:
+        """Find the pairs at `x`, if those known are older than `every` steps."""
+        self.age += 1
+        if self.age < self.every:
+            return
+        self.age = 0
+        face_spheres(x, self.faces, self.face_centre, self.face_radius, self.face_normal)
+        cloth_normals(self.corner_start, self.corner, self.face_normal, self.vertex_normal)
+        edge_spheres(x, self.edges, self.edge_centre, self.edge_radius)
+        near = self.thickness + self.slack
+        far = max(near, self.untangle)
+        lo, hi = x.min(0), x.max(0)
+        for which in (0, 1):
+            grid, centre, radius, items = (
+                (self.face_grid, self.face_centre, self.face_radius, self.faces),
+                (self.edge_grid, self.edge_centre, self.edge_radius, self.edges),
+            )[which]
+            widest = float(radius.max())
+            grid.fill(centre, far + widest, lo, hi)
+            while True:
+                count, found = (self.vf_count, self.vf_found) if which == 0 else (self.ee_count, self.ee_found)
+                find = find_vertex_faces if which == 0 else find_edge_edges
+                find(
+                    x, items, self.layer, centre, radius, near, far, widest,
+                    grid.lo, grid.size, grid.dims, grid.first, grid.items, count, found,
+                )  # fmt: skip
+                most = int(count.max())
+                if most <= found.shape[1]:
+                    break
+                wider = np.zeros((len(found), int(most * 1.3)), np.int32)
+                if which == 0:
+                    self.vf_found = wider
+                else:
+                    self.ee_found = wider
+        vf_end, ee_end = np.cumsum(self.vf_count), np.cumsum(self.ee_count)
+        self.faces_first = int(vf_end[-1])
+        self.total = self.faces_first + int(ee_end[-1])
+        if self.total > len(self.gap):
+            self._room(int(self.total * 1.3))
+        write_pairs(
+            x, self.rest, self.vertex_normal, self.faces, self.edges, self.layer, self.thickness,
+            (vf_end - self.vf_count).astype(np.int32), self.vf_count, self.vf_found,
+            (self.faces_first + ee_end - self.ee_count).astype(np.int32), self.ee_count, self.ee_found,
+            self.found_vertices, self.side, self.gap,
+        )  # fmt: skip
+
+    def _compact(self) -> None:
+        compact_pairs(
+            self.total, self.active, self.found_vertices, self.found_weights, self.found_block, self.found_force,
+            self.kept, self.vertices, self.weights, self.block, self.force, self.start, self.index,
+        )  # fmt: skip
+        self.count = int(self.kept[0])
+
+    def evaluate(self, x: np.ndarray, x_start: np.ndarray, force: np.ndarray, diagonal: np.ndarray) -> None:
+        """Add the pairs' forces at `x` to `force` [N, 3], and set `diagonal` [N, 6] to their blocks."""
+        press_pairs(
+            x, x_start, self.found_vertices, self.side, self.gap, self.faces_first, self.total, self.area,
+            self.friction, self.stiffness, self.active, self.found_weights, self.found_block, self.found_force,
+        )  # fmt: skip
+        self._compact()
+        gather_pairs(self.start, self.index, self.weights, self.block, self.force, force, diagonal)
+
+    def part(self, x: np.ndarray, fixed: np.ndarray, rounds: int) -> int:
+        """Move apart in `x`, in place, what has come within a quarter of its gap; returns the pairs left so."""
+        for _ in range(rounds):
+            part_pairs(
+                x, self.found_vertices, self.side, self.gap, self.faces_first, self.total, self.mass, fixed,
+                self.active, self.found_weights, self.found_force,
+            )  # fmt: skip
+            self._compact()
+            if not self.count:
+                break
+            move_parted(self.start, self.index, self.weights, self.force, x)
+        return self.count

@@ -1,0 +1,93 @@
+"""`python -m stages.simulate scene SCENE.npz --out OUT.npz`: solves a scene file and says how fast."""
+
+from __future__ import annotations
+
+import argparse
+import json
+import resource
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+from time import perf_counter
+
+import numpy as np
+
+from stages.simulate.config import SimulateConfig
+from stages.simulate.fabric import Fabric
+from stages.simulate.scene import Garment, Scene
+from stages.simulate.scene_file import SceneFile, read_scene
+from stages.simulate.solve import solve
+from stages.simulate.springs import unique_edges
+from stages.spec import DataError
+
+
+def main(arguments: Sequence[str]) -> int:
+    """Solve the scene named in `arguments`; 0 if it went well, 65 if the scene is at fault."""
+    parser = argparse.ArgumentParser(prog="python -m stages.simulate scene", description="Solve a cloth scene file.")
+    parser.add_argument(
+        "scene", type=Path, help="scene .npz: cloth_v, cloth_f, body_v, body_f, pins, pin_pos, fps, frames"
+    )
+    parser.add_argument("--out", type=Path, required=True, help=".npz to write: x (frames + 1, N, 3) [m]")
+    parser.add_argument("--dt", type=float, default=SimulateConfig().dt, help="longest time step [s]")
+    given = parser.parse_args(arguments)
+    try:
+        return _solve(read_scene(given.scene), SimulateConfig(dt=given.dt), given.out)
+    except DataError as error:
+        print(error, file=sys.stderr)
+        return 65
+
+
+def _solve(file: SceneFile, config: SimulateConfig, out: Path) -> int:
+    scene = scene_of(file, Fabric())
+    # A first step compiles the kernels, or loads them; it is no part of the time per simulated second.
+    solve(Scene(**{**scene.__dict__, "frames": 1}), config)
+    clock = perf_counter()
+    solution = solve(scene, config)
+    wall = perf_counter() - clock
+    np.savez(out, x=solution.x.astype(np.float32))
+    report = solution.report
+    line = {
+        "wall_s_per_simulated_s": wall / (scene.frames / scene.fps),
+        "steps": report.steps,
+        "newton_iterations": report.newton,
+        "linear_iterations": report.linear,
+        "halvings": report.halvings,
+        "peak_memory_mb": resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024,
+        "seconds": {part: round(spent, 3) for part, spent in report.seconds.items()},
+    }
+    print(json.dumps(line))
+    return 0
+
+
+def scene_of(file: SceneFile, fabric: Fabric) -> Scene:
+    """The scene that a file describes, of one fabric; pins move straight from frame to frame."""
+    count = len(file.cloth_v)
+    garment = Garment(
+        name="cloth",
+        vertices=file.cloth_v,
+        faces=file.cloth_f,
+        fabric=fabric,
+        rest_scale=np.ones(len(unique_edges(file.cloth_f)[0])),
+        tied=np.zeros(count, bool),
+    )
+    last = len(file.pin_pos) - 1
+
+    def pin_goal(time: float) -> np.ndarray:
+        place = min(time * file.fps, last)
+        k = min(int(place), max(last - 1, 0))
+        s = place - k
+        goal: np.ndarray = (1 - s) * file.pin_pos[k] + s * file.pin_pos[min(k + 1, last)]
+        return goal
+
+    still = np.zeros((0, 3))
+    return Scene(
+        garments=[garment],
+        start=file.cloth_v,
+        body_faces=file.body_f.reshape(-1, 3),
+        body=(lambda k: file.body_v[k]) if len(file.body_v) else (lambda k: still),
+        body_frames=max(len(file.body_v), 1),
+        frames=file.frames,
+        fps=file.fps,
+        pins=file.pins,
+        pin_goal=pin_goal if len(file.pins) else None,
+    )

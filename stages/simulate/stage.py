@@ -1,0 +1,73 @@
+"""The shell of the simulate stage: reads body and outfit, simulates, measures, publishes."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from model.body import load_free_body
+from stages.settings import build
+from stages.simulate import SPEC
+from stages.simulate.config import SimulateConfig
+from stages.simulate.outfit_scene import dress, make_garment, split
+from stages.simulate.quality import measure
+from stages.simulate.solve import solve
+from stages.spec import Progress, Task
+from store import publish, read
+
+
+def run(task: Task, progress: Progress) -> dict[str, Any]:
+    """Simulates one outfit on one body sequence; returns figures for the receipt.
+
+    Raises:
+        DataError: The scene can't be simulated: a broken mesh, a body that isn't finite, a step that fails.
+    """
+    config = build(SimulateConfig, task.config)
+    body, outfit = (read(*_place(task, stage)) for stage in ("body", "outfit"))
+    about = outfit.attrs["garments"]
+    garments = [
+        make_garment(
+            name,
+            outfit[f"garments/{name}/vertices"],
+            outfit[f"garments/{name}/faces"],
+            outfit[f"garments/{name}/elastic"],
+            outfit[f"garments/{name}/waistband"],
+            about[name],
+        )
+        for name in outfit.attrs["layers"]
+    ]
+    trans, fps = np.asarray(body["trans"], np.float64), float(body.attrs["fps"])
+    scene, way = dress(
+        garments,
+        load_free_body(body.attrs["gender"]).pose,
+        body["faces"],
+        rest_pose=body["rest_pose"],
+        betas=body["betas"],
+        tight_betas=outfit["tight_betas"],
+        pose=body["pose"],
+        trans=trans,
+        vertices=body["vertices"],
+        fps=fps,
+        config=config,
+    )
+    solution = solve(scene, config, lambda done, total: progress(done, total + 1, f"frame {done} of {total}"))
+    springs, report = solution.springs, solution.report
+    quality = measure(
+        solution.x, springs.edges, springs.rest_length, lambda k: scene.body(scene.record + k), scene.body_faces
+    )
+    quality |= {"steps": report.steps, "halvings": report.halvings, "solver_iterations": report.linear}
+    quality |= {"seconds_transition": len(way.vertices) / fps}
+    arrays = {f"garments/{g.name}/faces": g.faces for g in garments}
+    for name, x in split(solution.x, garments, trans).items():
+        arrays[f"garments/{name}/vertices"] = x
+    attrs = {"fps": fps, "garments": about, "layers": outfit.attrs["layers"], "quality": quality}
+    publish(Path(task.output), SPEC.schema, task.key, arrays, attrs)
+    seconds = {part: round(spent, 2) for part, spent in report.seconds.items()}
+    return quality | {"vertices": solution.x.shape[1], "newton_iterations": report.newton, "seconds": seconds}
+
+
+def _place(task: Task, stage: str) -> tuple[Path, str, str]:
+    path, key = task.input(stage)
+    return path, stage, key
