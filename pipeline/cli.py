@@ -13,12 +13,12 @@ from typing import NoReturn
 
 from rich.console import Console
 
-from pipeline import report
+from pipeline import summary
 from pipeline.catalog import Catalog, load_catalog
 from pipeline.clean import clean
 from pipeline.errors import PipelineError
 from pipeline.items import Item, collect
-from pipeline.lock import locked
+from pipeline.lock import holder, locked
 from pipeline.manifest import FAULT, scan
 from pipeline.motion import MotionFiles
 from pipeline.plan import PlannedTask, make_plan, select
@@ -112,7 +112,7 @@ def _run(given: argparse.Namespace, catalog: Catalog) -> int:
             console=console,
             remedy=lambda task: _clear_command(given, task),
         )
-    for line in report.ending(ending, time.monotonic() - start, lambda task: _clear_command(given, task)):
+    for line in summary.ending(ending, time.monotonic() - start, lambda task: _clear_command(given, task)):
         print(line)
     index = report_index(ending.plan)
     if index is not None and not given.until and not given.only and ending.good:
@@ -124,10 +124,12 @@ def _status(given: argparse.Namespace, catalog: Catalog) -> int:
     recipe, items = _load(given, catalog)
     plan, states = current_plan(recipe, catalog, items)
     chosen = select(plan, given.until, given.only)
-    for line in report.table(plan, chosen, states):
+    for line in summary.table(plan, chosen, states):
         print(line)
+    if running := holder(recipe.output):
+        print(f"\na runner works on it: {running}")
     if given.why:
-        for line in report.reasons(chosen, states):
+        for line in summary.reasons(chosen, states):
             print(line)
     refuse_faults(chosen, states, lambda task: _clear_command(given, task))
     return 0

@@ -94,24 +94,22 @@ def run(
         PipelineError: A result that is there isn't what was published: nothing is run, nothing is touched.
     """
     plan, states = current_plan(recipe, catalog, items)
-    ending = Ending(plan)
-    for scope in ("item", "dataset"):
+    chosen = select(plan, until, only)
+    refuse_faults(chosen, states, remedy)
+    ending = Ending(plan, found=sum(states[task.name].status == DONE for task in chosen))
+    per_item = [task for task in chosen if task.kind != "dataset"]
+    over_all = [task for task in chosen if task.kind == "dataset"]
+    total = len(chosen) - ending.found
+    with Display(console, total, _past_cost(plan, states), jobs) as display, LocalRunner(plan, jobs, display) as runner:
+        display.later = [task for task in over_all if states[task.name].status != DONE]
+        _run_part(ending, plan, states, per_item, runner)
         if ending.published or ending.rejected:
-            # Training leaves out the items that the first round rejects, and its key says so.
+            # Training leaves out the items that were rejected, and its key says so.
             plan, states = current_plan(recipe, catalog, items)
-        chosen = select(plan, until, only)
-        refuse_faults(chosen, states, remedy)
-        if scope == "item":
-            ending.found = sum(states[task.name].status == DONE for task in chosen)
-        for task in chosen:
-            if manifest.needs_receipt(plan, task, states[task.name]):
-                manifest.adopt(plan, task)
-        ending.plan = plan
-        ending.tolerated = not (rejected_items(states) - plan.dropped)
-        part = [task for task in chosen if catalog[task.stage].scope == scope]
-        _run_part(ending, part, states, jobs, console)
-        if ending.no_room:
-            break
+            over_all = [plan.tasks[task.name] for task in over_all]
+        display.later = []
+        if not ending.no_room:
+            _run_part(ending, plan, states, over_all, runner)
     return ending
 
 
@@ -127,30 +125,34 @@ def refuse_faults(tasks: Iterable[PlannedTask], states: Scan, remedy: Callable[[
         raise PipelineError(f"{states[faults[0].name].reason}: {remedy(faults[0])}{more}")
 
 
-def _run_part(ending: Ending, tasks: Sequence[PlannedTask], states: Scan, jobs: int, console: Console) -> None:
-    plan = ending.plan
+def _run_part(ending: Ending, plan: Plan, states: Scan, tasks: Sequence[PlannedTask], runner: LocalRunner) -> None:
+    """Run what is missing of `tasks` and enter the result in `ending`."""
+    ending.plan = plan
+    for task in tasks:
+        if manifest.needs_receipt(plan, task, states[task.name]):
+            manifest.adopt(plan, task)
     ending.rejected |= {t.name: states[t.name].reason for t in tasks if states[t.name].status == REJECTED}
     todo = [task for task in tasks if states[task.name].status not in (DONE, REJECTED)]
     asked = {task.name for task in todo}
     lost = {name for task in todo for name in task.inputs if name not in asked and states[name].status != DONE}
     schedule = Schedule(plan.catalog, todo, lost)
-    if not todo:
-        return
-    estimate = Estimate()
-    for state in states.values():
-        if state.receipt is not None and state.receipt.wall_s:
-            kind = plan.items[state.receipt.item].kind if state.receipt.item in plan.items else "dataset"
-            estimate.add(state.receipt.stage, kind, state.receipt.wall_s)
-    with Display(console, len(todo), estimate, jobs) as display, LocalRunner(plan, jobs, display) as runner:
-        runner.run(plan, schedule)
+    runner.run(plan, schedule)
     ending.published += len(schedule.published)
     ending.rejected |= schedule.rejected
     ending.failed |= schedule.failed
     ending.skipped |= schedule.skipped
     ending.no_room = runner.no_room
-    if schedule.rejected:
-        rejected = {item for _, item in ending.rejected}
-        ending.tolerated = _tolerated(plan.recipe, list(plan.items.values()), rejected)
+    rejected = {item for _, item in ending.rejected}
+    ending.tolerated = _tolerated(plan.recipe, list(plan.items.values()), rejected)
+
+
+def _past_cost(plan: Plan, states: Scan) -> Estimate:
+    """What tasks took before, as their receipts say."""
+    estimate = Estimate()
+    for (stage, item), state in states.items():
+        if state.receipt is not None and state.receipt.wall_s:
+            estimate.add(stage, plan.tasks[stage, item].kind, state.receipt.wall_s)
+    return estimate
 
 
 def _tolerated(recipe: Recipe, items: Sequence[Item], rejected: set[str]) -> bool:

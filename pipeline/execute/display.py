@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 
 from rich.console import Console
 from rich.progress import BarColumn, Progress, TaskID, TextColumn
@@ -24,6 +24,9 @@ class Display:
         total: Number of tasks to run.
         estimate: What tasks cost.
         jobs: Tasks at a time.
+
+    Attributes:
+        later: Tasks that the run comes to after the present schedule.
     """
 
     def __init__(self, console: Console, total: int, estimate: Estimate, jobs: int) -> None:
@@ -32,6 +35,7 @@ class Display:
         self._estimate = estimate
         self._jobs = jobs
         self._done = 0
+        self.later: Sequence[PlannedTask] = ()
         self._shown = time.monotonic()
         self._running: dict[str, tuple[float, float, str]] = {}
         self._bars: dict[str, TaskID] = {}
@@ -40,7 +44,9 @@ class Display:
             BarColumn(bar_width=30),
             TextColumn("{task.fields[note]}", style="dim", markup=False),
         )
-        self._progress = Progress(*columns, console=console, transient=True, disable=not console.is_terminal)
+        self._progress = Progress(
+            *columns, console=console, transient=True, disable=not (console.is_terminal and total)
+        )
         self._overall = self._progress.add_task("all tasks", total=total, note="")
 
     def __enter__(self) -> Display:
@@ -83,7 +89,7 @@ class Display:
         if now - self._shown < (_TERMINAL_EVERY if self._console.is_terminal else _LINE_EVERY):
             return
         self._shown = now
-        left = self._left(schedule.left)
+        left = self._left([*schedule.left, *self.later])
         self._progress.update(self._overall, note=f"{self._done}/{self._total} {left}")
         if not self._console.is_terminal:
             running = ", ".join(
