@@ -2,12 +2,14 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import igl
 import numpy as np
 import scipy.sparse as sp
 from numpy.typing import NDArray
 
+from model.mesh.geometry import vertex_normals
 from model.mesh.topology import adjacency, edge_list
 
 Array = NDArray[np.float64]
@@ -22,14 +24,24 @@ SPREAD, FADE = 8, 0.85
 PLAIN = 8
 """Rounds at the end that push nothing but the vertices concerned."""
 
-EVENINGS = ((2, 12), (4, 8))
-"""After which rounds all that was pushed so far is evened out along the cloth, and by how many averaging steps."""
+EVENINGS = {2: 0.05, 4: 0.035, 6: 0.02}
+"""After which rounds all that was pushed so far is evened out along the cloth, and how far [m]."""
 
 OVERSHOOT = 2e-4
 """How much further than needed a vertex is pushed [m]: saves rounds where the surface curves."""
 
-REACH = 0.03
+REACH = 0.02
 """Vertices further away than this from an obstacle at first are not measured again [m]."""
+
+
+STRIDE = 0.015
+"""Longest push of one round [m]."""
+
+DEEP = 0.004
+"""Depth beyond which the nearest surface of an obstacle is not trusted to be the way out [m]."""
+
+ASTRAY = 0.3
+"""Nor is it where its direction and the garment's outside have a smaller cosine than this."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -43,43 +55,54 @@ class Obstacle:
     margin: float
     """Least distance of a garment's vertices [m]."""
 
+    @cached_property
+    def _search(self) -> tuple[Array, Faces, igl.AABB, igl.FastWindingNumberBVH]:
+        """The surface, and what finds nearest points and winding numbers on it."""
+        vertices = np.ascontiguousarray(self.vertices, dtype=np.float64)
+        faces = np.ascontiguousarray(self.faces, dtype=np.int64)
+        boxes, winding = igl.AABB(), igl.FastWindingNumberBVH()
+        boxes.init(vertices, faces)
+        winding.init(vertices, faces, 2)
+        return vertices, faces, boxes, winding
+
     def distance(self, points: Array) -> tuple[Array, Array]:
-        """Exact distance of points [n, 3], negative inside [m], shape [n]; direction of its fastest increase [n, 3]."""
-        distance, _, closest, normals = igl.signed_distance(
-            np.ascontiguousarray(points, dtype=np.float64),
-            np.ascontiguousarray(self.vertices, dtype=np.float64),
-            np.ascontiguousarray(self.faces, dtype=np.int64),
-            sign_type=igl.SIGNED_DISTANCE_TYPE_PSEUDONORMAL,
-        )
-        away = points - closest
-        length = np.linalg.norm(away, axis=1)
-        # On the surface itself the difference has no direction; the surface's normal has.
-        direct = away * (np.sign(distance) / np.maximum(length, 1e-12))[:, None]
-        return distance, np.where((length > 1e-5)[:, None], direct, normals)
+        """Distance of points [m], negative inside, shape [n]; direction of its fastest increase, 0 on the surface.
+
+        The distance is exact. Its sign comes from the winding number: the nearest triangle's side, which others use,
+        lies where extreme bodies fold into themselves.
+        """
+        vertices, faces, boxes, winding = self._search
+        points = np.ascontiguousarray(points, dtype=np.float64)
+        squared, _, closest = boxes.squared_distance(vertices, faces, points)
+        sign = np.where(winding.winding_number(points, 2.0) > 0.5, -1.0, 1.0)
+        away = (points - closest) * sign[:, None]
+        return np.sqrt(squared) * sign, away / np.maximum(np.linalg.norm(away, axis=1, keepdims=True), 1e-9)
 
 
-def clear(points: Array, faces: Faces, obstacles: Sequence[Obstacle]) -> tuple[Array, float]:
+def clear(
+    points: Array, faces: Faces, obstacles: Sequence[Obstacle], extra: Array | None = None
+) -> tuple[Array, float]:
     """Pushes a garment's vertices out of the obstacles, and their neighbours with them, so that it stays smooth.
 
     Args:
         points: Vertices of the garment [m], shape [N, 3].
         faces: Its triangles, shape [F, 3].
         obstacles: What to stay out of.
+        extra: Further distance that each vertex keeps from every obstacle [m], shape [N].
 
     Returns:
         The vertices [m], shape [N, 3], and the least distance left beyond the margins [m]: 0 or more if all are kept.
     """
     points = points.copy()
-    links = adjacency(edge_list(faces), len(points))
+    more = np.zeros(len(points)) if extra is None else extra
+    edges = edge_list(faces)
+    links = adjacency(edges, len(points))
     averaging = sp.diags(1.0 / np.maximum(np.asarray(links.sum(axis=1)).reshape(-1), 1.0)) @ links
     measured = [obstacle.distance(points) for obstacle in obstacles]
     near = [np.flatnonzero(m[0] < o.margin + REACH) for m, o in zip(measured, obstacles)]
-    start, evenings = points.copy(), dict(EVENINGS)
+    start, evenings = points.copy(), _evening_steps(points, edges)
     for round_ in range(ROUNDS):
-        push = np.zeros_like(points)
-        for (distance, outwards), obstacle in zip(measured, obstacles):
-            short = obstacle.margin - distance
-            push += np.where(short > 0, short + OVERSHOOT, 0.0)[:, None] * outwards
+        push = _push(points, faces, measured, obstacles, more)
         pushed = (push != 0).any(axis=1)
         if not pushed.any() and (round_ == 0 or round_ > max(evenings)):
             break
@@ -91,8 +114,32 @@ def clear(points: Array, faces: Faces, obstacles: Sequence[Obstacle]) -> tuple[A
             points = start + total
         for (distance, outwards), obstacle, around in zip(measured, obstacles, near):
             distance[around], outwards[around] = obstacle.distance(points[around])
-    left = [float((m[0] - o.margin).min(initial=np.inf)) for m, o in zip(measured, obstacles)]
+    left = [float((m[0] - o.margin - more).min(initial=np.inf)) for m, o in zip(measured, obstacles)]
     return points, min(left)
+
+
+def _push(
+    points: Array, faces: Faces, measured: Sequence[tuple[Array, Array]], obstacles: Sequence[Obstacle], more: Array
+) -> Array:
+    """What each vertex lacks of its margins, as a displacement [m], shape [N, 3].
+
+    Near the surface of an obstacle the way out is straight away from it. Further in, the nearest surface may be that
+    of a navel or between the legs; the garment's own outside is the right way then.
+    """
+    push = np.zeros_like(points)
+    own = vertex_normals(points, faces)
+    for (distance, outwards), obstacle in zip(measured, obstacles):
+        short = obstacle.margin + more - distance
+        astray = (distance < -DEEP) | ((outwards * own).sum(axis=1) < ASTRAY)
+        way = np.where(astray[:, None], own, outwards)
+        push += np.where(short > 0, np.minimum(short + OVERSHOOT, STRIDE), 0.0)[:, None] * way
+    return push
+
+
+def _evening_steps(points: Array, edges: Faces) -> dict[int, int]:
+    """Averaging steps after each round of `EVENINGS`: one step spreads by about half an edge length."""
+    edge = np.linalg.norm(points[edges[:, 0]] - points[edges[:, 1]], axis=1).mean()
+    return {round_: round(4.0 * (width / edge) ** 2) for round_, width in EVENINGS.items()}
 
 
 def _spread(push: Array, pushed: NDArray[np.bool_], averaging: sp.csr_matrix) -> Array:

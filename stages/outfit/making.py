@@ -41,8 +41,14 @@ SEAM_SMOOTHINGS = 20
 TOLERANCE = 1e-4
 """How much of a margin may be missing after all pushing [m]."""
 
-LAYER_TRIES = 4
-"""How often the gap between layers is widened by half while faces still pass through each other."""
+FIT_TRIES = 6
+"""How often a garment is fitted anew while faces of it pass through the body or the garment below."""
+
+STEP = 0.0015
+"""Distance that the vertices of such faces keep in addition, each time [m]."""
+
+CLOSE = 0.02
+"""Faces with no vertex nearer to the body than this are not tested against it [m]."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -140,23 +146,31 @@ def _displacement(blank: _Blank, model: BodyModel, tight: Array, config: Config)
 
 
 def _fit(points: Array, blank: _Blank, skin: Obstacle, below: list[Garment], config: Config) -> Array:
-    """Keeps a garment clear of the tight body and of the garment below it."""
-    name, faces, gap = blank.plan.name, blank.surface.faces, config.layer_gap
-    for _ in range(LAYER_TRIES):
-        obstacles = [skin, *(solid(garment.vertices, garment.faces, gap) for garment in below)]
-        fitted, left = clear(points, faces, obstacles)
-        if left < -TOLERANCE:
-            raise DataError(
-                f"{name}: a vertex stays {-left * 1e3:.2f} mm inside its margin of the body or of the garment below; "
-                "draw another shape, or lower outfit.clearance or outfit.layer_gap"
-            )
-        crossing = sum(len(intersecting_faces(fitted, faces, g.vertices, g.faces)) for g in below)
-        if crossing == 0:
+    """Keeps a garment clear of the tight body and of the garment below it: all vertices, and no face passes through.
+
+    Where a face still meets the body or the lower garment between its vertices, these keep more distance.
+    """
+    name, faces = blank.plan.name, blank.surface.faces
+    layers = [solid(garment.vertices, garment.faces, config.layer_gap) for garment in below]
+    extra = np.zeros(len(points))
+    for _ in range(FIT_TRIES):
+        fitted, left = clear(points, faces, [skin, *layers], extra)
+        close = faces[(skin.distance(fitted)[0] < CLOSE)[faces].any(axis=1)]
+        hit = [close[intersecting_faces(fitted, close, skin.vertices, skin.faces)[:, 0]]]
+        hit += [faces[intersecting_faces(fitted, faces, g.vertices, g.faces)[:, 0]] for g in below]
+        met = np.unique(np.concatenate(hit))
+        if left >= -TOLERANCE and len(met) == 0:
             return fitted
-        gap *= 1.5
+        extra[met] += STEP
+        points = fitted
+    if left < -TOLERANCE:
+        raise DataError(
+            f"{name}: a vertex stays {-left * 1e3:.2f} mm inside its margin of the body or of the garment below; "
+            "draw another shape, or lower outfit.clearance or outfit.layer_gap"
+        )
     raise DataError(
-        f"{name}: {crossing} pairs of faces pass through the garment below with a gap of {gap / 1.5 * 1e3:.1f} mm; "
-        "draw another outfit, or raise outfit.layer_gap"
+        f"{name}: faces around {len(met)} vertices pass through the body or the garment below after {FIT_TRIES} "
+        "tries; draw another shape, or raise outfit.clearance or outfit.layer_gap"
     )
 
 
