@@ -113,7 +113,7 @@ def _pieces(x: np.ndarray, faces: np.ndarray) -> tuple[np.ndarray, np.ndarray, n
         return np.zeros(0, np.int32), np.zeros((0, 3)), np.zeros(0)
     corners = x[faces]
     radius = np.linalg.norm(corners - corners.mean(1, keepdims=True), axis=2).max(1)
-    cuts = np.clip(np.ceil(np.log2(radius / max(0.01, 1.3 * float(np.median(radius))))), 0, 4).astype(int)
+    cuts = np.clip(np.ceil(np.log2(radius / max(0.014, 1.3 * float(np.median(radius))))), 0, 4).astype(int)
     face, bary, scale = [], [], []
     triangles = np.eye(3)[None]
     for level in range(cuts.max() + 1):

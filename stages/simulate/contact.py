@@ -149,16 +149,16 @@ class BodyContact:
                 self.block,
             )
 
-    def lift(self, x: np.ndarray, fixed: np.ndarray, floor: float) -> tuple[float, int]:
+    def lift(self, x: np.ndarray, fixed: np.ndarray, floor: float, attempts: int = 3) -> tuple[float, int]:
         """Move vertices of `x` nearer than `floor` [m] out to it, in place: (least distance before [m], moved).
 
         Where skin folds, a vertex moved out of one side may come to lie behind another: such vertices are looked at
-        again.
+        again, `attempts` times at most.
         """
         if not len(self.body.faces):
             return 1e9, 0
         least, total = 1e9, 0
-        for attempt in range(12):
+        for attempt in range(attempts):
             self.locate(x)
             lift_out(self.face, self.normal, self.distance, fixed, floor, x, self.active, self.deepest, self.moved)
             if attempt == 0:

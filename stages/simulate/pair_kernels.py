@@ -109,14 +109,31 @@ def find_vertex_faces(
 
 
 @kernel
+def mark_close(
+    faces: Array,
+    count: Array,
+    found: Array,
+    # outputs
+    close: Array,
+) -> None:
+    """close[i] = 1 for vertices near a face not their own, and for those of such faces."""
+    for i in range(close.shape[0]):
+        close[i] = 0
+    for i in range(count.shape[0]):
+        for k in range(ti.min(count[i], found.shape[1])):
+            close[i] = 1
+            for c in ti.static(range(3)):
+                close[faces[found[i, k], c]] = 1
+
+
+@kernel
 def find_edge_edges(
     x: Array,
     edges: Array,
-    layer: Array,
+    close: Array,
     centre: Array,
     radius: Array,
     near: Real,
-    far: Real,
     widest: Real,
     lo: Array,
     size: Real,
@@ -127,34 +144,34 @@ def find_edge_edges(
     count: Array,
     found: Array,
 ) -> None:
-    """Edges of higher index closer to each edge than `near`, `far` between garments, that share no vertex with it."""
+    """Edges of higher index closer to each edge than `near` that share no vertex with it.
+
+    Only of edges with an end that is `close` to a face: elsewhere the cloth is by itself.
+    """
     for e in range(edges.shape[0]):
-        p = vec(centre, e)
         n = 0
-        reach = ti.max(near, far)
-        r = ti.Vector([1.0, 1.0, 1.0]) * (reach + widest + radius[e])
-        i0, i1 = edges[e, 0], edges[e, 1]
-        xa, xb = vec(x, i0), vec(x, i1)
-        a, b = cell_of(p - r, lo, size, dims), cell_of(p + r, lo, size, dims)
-        for cz in range(a[2], b[2] + 1):
-            for cy in range(a[1], b[1] + 1):
-                row = (cz * dims[1] + cy) * dims[0]
-                for k in range(first[row + a[0]], first[row + b[0] + 1]):
-                    g = items[k]
-                    if g > e:
-                        j0, j1 = edges[g, 0], edges[g, 1]
-                        limit = near
-                        if layer[j0] != layer[i0]:
-                            limit = far
-                        bound = limit + radius[g] + radius[e]
-                        apart = i0 != j0 and i0 != j1 and i1 != j0 and i1 != j1
-                        if apart and (vec(centre, g) - p).norm_sqr() < bound * bound:
-                            st = closest_on_edges(xa, xb, vec(x, j0), vec(x, j1))
-                            d = (1 - st[0]) * xa + st[0] * xb - (1 - st[1]) * vec(x, j0) - st[1] * vec(x, j1)
-                            if d.norm_sqr() < limit * limit:
-                                if n < found.shape[1]:
-                                    found[e, n] = g
-                                n += 1
+        if close[edges[e, 0]] + close[edges[e, 1]] > 0:
+            p = vec(centre, e)
+            r = ti.Vector([1.0, 1.0, 1.0]) * (near + widest + radius[e])
+            i0, i1 = edges[e, 0], edges[e, 1]
+            xa, xb = vec(x, i0), vec(x, i1)
+            a, b = cell_of(p - r, lo, size, dims), cell_of(p + r, lo, size, dims)
+            for cz in range(a[2], b[2] + 1):
+                for cy in range(a[1], b[1] + 1):
+                    row = (cz * dims[1] + cy) * dims[0]
+                    for k in range(first[row + a[0]], first[row + b[0] + 1]):
+                        g = items[k]
+                        if g > e:
+                            j0, j1 = edges[g, 0], edges[g, 1]
+                            bound = near + radius[g] + radius[e]
+                            apart = i0 != j0 and i0 != j1 and i1 != j0 and i1 != j1
+                            if apart and (vec(centre, g) - p).norm_sqr() < bound * bound:
+                                st = closest_on_edges(xa, xb, vec(x, j0), vec(x, j1))
+                                d = (1 - st[0]) * xa + st[0] * xb - (1 - st[1]) * vec(x, j0) - st[1] * vec(x, j1)
+                                if d.norm_sqr() < near * near:
+                                    if n < found.shape[1]:
+                                        found[e, n] = g
+                                    n += 1
         count[e] = n
 
 

@@ -15,6 +15,7 @@ from stages.simulate.pair_kernels import (
     find_edge_edges,
     find_vertex_faces,
     gather_pairs,
+    mark_close,
     move_parted,
     part_pairs,
     press_pairs,
@@ -64,6 +65,7 @@ class PairContact:
         self.face_grid, self.edge_grid = Grid(len(faces)), Grid(len(edges))
         self.vf_count, self.vf_found = np.zeros(n, np.int32), np.zeros((n, 16), np.int32)
         self.ee_count, self.ee_found = np.zeros(len(edges), np.int32), np.zeros((len(edges), 16), np.int32)
+        self.close = np.zeros(n, np.int32)
         self.dtype = dtype
         self.total = self.faces_first = self.count = 0
         self.age = every
@@ -93,28 +95,27 @@ class PairContact:
         near = self.thickness + self.slack
         far = max(near, self.untangle)
         lo, hi = x.min(0), x.max(0)
-        for which in (0, 1):
-            grid, centre, radius, items = (
-                (self.face_grid, self.face_centre, self.face_radius, self.faces),
-                (self.edge_grid, self.edge_centre, self.edge_radius, self.edges),
-            )[which]
-            widest = float(radius.max())
-            grid.fill(centre, far + widest, lo, hi)
-            while True:
-                count, found = (self.vf_count, self.vf_found) if which == 0 else (self.ee_count, self.ee_found)
-                find = find_vertex_faces if which == 0 else find_edge_edges
-                find(
-                    x, items, self.layer, centre, radius, near, far, widest,
-                    grid.lo, grid.size, grid.dims, grid.first, grid.items, count, found,
-                )  # fmt: skip
-                most = int(count.max())
-                if most <= found.shape[1]:
-                    break
-                wider = np.zeros((len(found), int(most * 1.3)), np.int32)
-                if which == 0:
-                    self.vf_found = wider
-                else:
-                    self.ee_found = wider
+        widest = float(self.face_radius.max())
+        grid = self.face_grid
+        grid.fill(self.face_centre, far + widest, lo, hi)
+        while True:
+            find_vertex_faces(
+                x, self.faces, self.layer, self.face_centre, self.face_radius, near, far, widest,
+                grid.lo, grid.size, grid.dims, grid.first, grid.items, self.vf_count, self.vf_found,
+            )  # fmt: skip
+            if not self._too_narrow("vf_found", self.vf_count):
+                break
+        mark_close(self.faces, self.vf_count, self.vf_found, self.close)
+        widest = float(self.edge_radius.max())
+        grid = self.edge_grid
+        grid.fill(self.edge_centre, near + widest, lo, hi)
+        while True:
+            find_edge_edges(
+                x, self.edges, self.close, self.edge_centre, self.edge_radius, near, widest,
+                grid.lo, grid.size, grid.dims, grid.first, grid.items, self.ee_count, self.ee_found,
+            )  # fmt: skip
+            if not self._too_narrow("ee_found", self.ee_count):
+                break
         vf_end, ee_end = np.cumsum(self.vf_count), np.cumsum(self.ee_count)
         self.faces_first = int(vf_end[-1])
         self.total = self.faces_first + int(ee_end[-1])
@@ -126,6 +127,14 @@ class PairContact:
             (self.faces_first + ee_end - self.ee_count).astype(np.int32), self.ee_count, self.ee_found,
             self.found_vertices, self.side, self.gap,
         )  # fmt: skip
+
+    def _too_narrow(self, name: str, count: np.ndarray) -> bool:
+        """Whether more were found than the list has room for; if so, the list is made wider."""
+        found, most = getattr(self, name), int(count.max())
+        if most <= found.shape[1]:
+            return False
+        setattr(self, name, np.zeros((len(found), int(most * 1.3)), np.int32))
+        return True
 
     def _compact(self) -> None:
         compact_pairs(

@@ -152,6 +152,7 @@ def solve(scene: Scene, config: SimulateConfig, progress: Callable[[int, int], N
         stepper.advance_to(frame / scene.fps, dt)
         if frame >= scene.record:
             clock = perf_counter()
+            stepper.contact.lift(stepper.x, stepper.fixed, config.floor, 12)
             stepper.contact.tuck(stepper.x, config.floor / 2)
             stepper.report.clock("folds", clock)
             recorded.append(stepper.x.copy())
