@@ -13,7 +13,6 @@ from pipeline.dataset import Dataset
 from pipeline.errors import PipelineError
 from stages import settings
 from stages.settings import SettingsError, suggestion
-from stages.spec import STAGE_NAMES
 
 
 @dataclass(frozen=True)
@@ -60,8 +59,6 @@ def load_recipe(path: Path | str, catalog: Catalog, output: Path | str | None = 
         raise PipelineError(f"{path}: not valid TOML: {error}; correct it there") from None
     known = ["dataset", *catalog.specs]
     for name, section in document.items():
-        if name in STAGE_NAMES and name not in known:  # DEVELOPMENT ONLY
-            continue
         if name not in known:
             raise PipelineError(f"{path}: unknown section [{name}]; {suggestion(name, known)}")
         if not isinstance(section, dict):
