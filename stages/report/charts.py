@@ -18,10 +18,10 @@ CURVES = ("#d1603d", "#3f7cac", "#5b9279", "#8f6bb0")
 
 
 def loss_curves(curves: Mapping[str, tuple[Sequence[float], Sequence[float]]]) -> str:
-    """Training losses over steps on a logarithmic scale.
+    """Training losses over epochs on a logarithmic scale.
 
     Args:
-        curves: Name -> (steps, losses); points that are not positive are left out by the scale.
+        curves: Name -> (epochs, losses); points that are not positive are left out by the scale.
 
     Returns:
         An <svg> element, equal for equal curves; empty if there is no curve.
@@ -31,10 +31,10 @@ def loss_curves(curves: Mapping[str, tuple[Sequence[float], Sequence[float]]]) -
     settings: Any = {"svg.hashsalt": "clothmill", "svg.fonttype": "none", "font.family": "sans-serif", "font.size": 9}
     with matplotlib.rc_context(settings):
         figure, axes = plt.subplots(figsize=(7.2, 2.6))
-        for (name, (steps, losses)), colour in zip(curves.items(), CURVES * len(curves)):
-            axes.plot(steps, losses, color=colour, linewidth=1.6, label=name)
+        for (name, (epochs, losses)), colour in zip(curves.items(), CURVES * len(curves)):
+            axes.plot(epochs, losses, color=colour, linewidth=1.6, label=name)
         axes.set_yscale("log")
-        axes.set_xlabel("optimiser step", color=INK)
+        axes.set_xlabel("epoch", color=INK)
         axes.set_ylabel("loss", color=INK)
         axes.tick_params(colors=INK, which="both", length=3)
         axes.grid(True, color=FAINT, linewidth=0.6, which="major")

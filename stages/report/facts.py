@@ -17,7 +17,9 @@ COLUMNS = {
     "surface_mm": "surface [mm]",
     "normals_rad": "normals [rad]",
     "mask_iou": "mask IoU",
+    "inside_share": "inside the body",
     "kl": "KL",
+    "kl_per_dimension": "KL per dimension",
 }
 
 
@@ -117,7 +119,7 @@ def metric_tables(rows: Sequence[Mapping[str, Any]]) -> list[Table]:
         best = set()
         for j, name in enumerate(names):
             values = {i: float(row[name]) for i, row in enumerate(chosen) if _is_number(row.get(name))}
-            if name != "kl" and len(values) > 1:
+            if not name.startswith("kl") and len(values) > 1:
                 pick = max if name == "mask_iou" else min
                 best |= {(i, j + 1) for i, value in values.items() if value == pick(values.values())}
         held_out = all(row.get("held_out", False) for row in chosen)
@@ -135,7 +137,7 @@ def metric_tables(rows: Sequence[Mapping[str, Any]]) -> list[Table]:
 
 
 def loss_series(losses: Mapping[str, Mapping[str, Sequence[float]]]) -> dict[str, tuple[list[float], list[float]]]:
-    """Steps and total losses of each network, from `{network: {"step": [...], "total": [...], ...}}`."""
+    """Epochs and total losses of each network, from `{network: {"step": [...], "total": [...], ...}}`."""
     return {name.upper(): (list(seen["step"]), list(seen["total"])) for name, seen in losses.items()}
 
 

@@ -13,8 +13,8 @@ from model.mesh.topology import edge_list
 
 Array = NDArray[np.float64]
 
-# Further out than this no point is inside, and its exact distance is not needed [m].
-FAR = 0.05
+# Order of the winding number's expansion, and how many radii away it is used: both libigl's most accurate in use.
+WINDING_ORDER, WINDING_ACCURACY = 2, 2.0
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -37,25 +37,29 @@ class Figures:
 
 
 def depth_inside(points: ArrayLike, vertices: ArrayLike, faces: ArrayLike) -> Array:
-    """Depth of points inside a closed surface by libigl's exact signed distance, 0 outside, shape [N].
+    """Exact distance to the surface of the points that lie inside it, by libigl; 0 outside, shape [N].
 
-    The sign comes from the pseudonormal of the closest point (Baerentzen and Aanaes 2005).
+    Inside is where the winding number exceeds a half (Jacobson, Kavan and Sorkine-Hornung 2013), which holds for bodies
+    that fold into themselves too: there the side of the nearest triangle may be the inside of another part.
 
     Args:
         points: Points [m], shape [N, 3].
-        vertices: Vertices of the surface [m], shape [V, 3].
+        vertices: Vertices of the closed surface [m], shape [V, 3].
         faces: Its triangles, counter-clockwise seen from outside, shape [F, 3].
     """
-    distance, *_ = igl.signed_distance(
-        np.ascontiguousarray(points, dtype=np.float64),
-        np.ascontiguousarray(vertices, dtype=np.float64),
-        np.ascontiguousarray(faces, dtype=np.int64),
-        igl.SignedDistanceType.SIGNED_DISTANCE_TYPE_PSEUDONORMAL,
-        -np.inf,
-        FAR,
-    )
-    # Beyond the upper bound libigl answers NaN: far outside.
-    return np.maximum(-np.nan_to_num(distance, nan=FAR), 0.0)
+    points = np.ascontiguousarray(points, dtype=np.float64)
+    vertices = np.ascontiguousarray(vertices, dtype=np.float64)
+    faces = np.ascontiguousarray(faces, dtype=np.int64)
+    winding = igl.FastWindingNumberBVH()
+    winding.init(vertices, faces, WINDING_ORDER)
+    depth = np.zeros(len(points))
+    inside = np.flatnonzero(winding.winding_number(points, WINDING_ACCURACY) > 0.5)
+    if len(inside):
+        boxes = igl.AABB()
+        boxes.init(vertices, faces)
+        squared, *_ = boxes.squared_distance(vertices, faces, np.ascontiguousarray(points[inside]))
+        depth[inside] = np.sqrt(squared)
+    return depth
 
 
 def stretches(positions: ArrayLike, rest: ArrayLike, faces: ArrayLike) -> Array:

@@ -21,6 +21,14 @@ def test_depth_deep_inside_is_not_cut_off():
     np.testing.assert_allclose(depth_inside([[0.0, 0.0, 0.1]], CUBE, CUBE_FACES), [0.4], atol=1e-12)
 
 
+def test_depth_counts_where_two_parts_of_a_body_overlap():
+    # A small cube lies across the first one's side. Just off the part of it that is inside, a point is still inside.
+    small = 0.2 * CUBE + [0.5, 0.0, 0.0]
+    vertices, faces = np.concatenate([CUBE, small]), np.concatenate([CUBE_FACES, CUBE_FACES + 8])
+    points = [[0.39, 0.0, 0.0], [0.44, 0.0, 0.0], [0.61, 0.0, 0.0]]
+    np.testing.assert_allclose(depth_inside(points, vertices, faces), [0.01, 0.04, 0.0], atol=1e-12)
+
+
 def test_stretch_of_a_scaled_triangle_is_the_scale():
     rest = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0.0]])
     moving = np.stack([rest, 1.25 * rest, 0.5 * rest])
