@@ -22,6 +22,16 @@ COLUMNS = {
     "kl_per_dimension": "KL per dimension",
 }
 
+# The solver's own figures: label, scale and unit; others go by their own names.
+SOLVER = {
+    "max_penetration_m": ("depth in body", 1e3, "mm"),
+    "strain_p99": ("stretch p99", 100.0, "%"),
+    "strain_max": ("stretch max", 100.0, "%"),
+    "share_over_10_percent": ("edges > 10 %", 100.0, "%"),
+    "solver_iterations": ("linear iterations", 1.0, ""),
+    "seconds_transition": ("transition", 1.0, "s"),
+}
+
 
 @dataclass(frozen=True, kw_only=True)
 class Badge:
@@ -95,13 +105,19 @@ def card(person: Person, figures: Mapping[str, Figures]) -> list[tuple[str, str]
         stretch = f"stretch p99 {100 * seen.stretch_p99:.1f} %, max {100 * seen.stretch_max:.1f} %"
         rows.append((garment.name, f"{garment.fabric}, {len(garment.rest):,} vertices; {stretch}"))
     solver = person.simulation.get("quality", {})
-    rows += [(name.replace("_", " "), number(value)) for name, value in solver.items() if _is_number(value)]
+    rows += [_solver_row(name, float(value)) for name, value in solver.items() if _is_number(value)]
     return rows
 
 
+def _solver_row(name: str, value: float) -> tuple[str, str]:
+    """One of the solver's own figures, as label and value."""
+    label, scale, unit = SOLVER.get(name, (name.replace("_", " "), 1.0, ""))
+    return f"solver: {label}", f"{number(scale * value)} {unit}".rstrip()
+
+
 def number(value: float) -> str:
-    """A number with four digits that matter."""
-    return f"{value:,}" if isinstance(value, int) else f"{value:.4g}"
+    """A number with four digits that matter, or all of a whole one."""
+    return f"{value:,.0f}" if float(value).is_integer() else f"{value:.4g}"
 
 
 def metric_tables(rows: Sequence[Mapping[str, Any]]) -> list[Table]:

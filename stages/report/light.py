@@ -17,6 +17,8 @@ DOME_DIRECTIONS = 48
 # Rays leave the surface from this far outside [m]: more than the rounding of a fold, less than a cloth's distance
 # to the body would let through.
 RAY_START = 2e-3
+# What other surfaces throw back into a place that sees nothing of the dome, as a share of the dome's light.
+BOUNCED = 0.10
 KEY_AZIMUTH, KEY_ELEVATION = np.radians(-48.0), np.radians(44.0)
 KEY_SPREAD = np.radians(5.0)
 KEY_DIRECTIONS = 8
@@ -42,7 +44,8 @@ def dome_radiance(directions: Array) -> Array:
 def bake_dome(points: Array, normals: Array, occluded: Occluded) -> Array:
     """Light of the dome that reaches points of a surface, with the shadows that the scene casts.
 
-    E = sum_d L(d) max(0, n.d) V(d) over fixed directions d, divided by the same sum for an unshadowed level surface.
+    E = sum_d L(d) max(0, n.d) V(d) over fixed directions d, divided by the same sum for an unshadowed level surface,
+    and a little light from elsewhere where V hides the dome.
 
     Args:
         points: Points of the surface [m], shape [N, 3].
@@ -50,7 +53,7 @@ def bake_dome(points: Array, normals: Array, occluded: Occluded) -> Array:
         occluded: Whether rays (origins, directions) hit anything.
 
     Returns:
-        Relative irradiance, 1 for an open level surface, shape [N].
+        Relative irradiance, 1 for an open level surface, shape [N]; where nothing is seen of the dome, `BOUNCED`.
     """
     directions = fibonacci_sphere(DOME_DIRECTIONS)
     radiance = dome_radiance(directions)
@@ -65,7 +68,7 @@ def bake_dome(points: Array, normals: Array, occluded: Occluded) -> Array:
         rays = np.broadcast_to(direction, (len(faces_it), 3))
         open_sky = ~occluded(origins[faces_it], rays)
         total[faces_it] += light * cosine[faces_it] * open_sky
-    return total / reference
+    return BOUNCED + (1.0 - BOUNCED) * total / reference
 
 
 def key_directions(azimuth: float) -> Array:

@@ -22,7 +22,7 @@ Picture = NDArray[np.uint8]
 
 # The camera follows the root's way on the floor, without its sway at every step [frames].
 FOLLOW_SIGMA = 8.0
-MARGIN = 1.08
+MARGIN = 1.12
 
 
 @dataclass(frozen=True, kw_only=True)

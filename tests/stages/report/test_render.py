@@ -5,7 +5,7 @@ import pytest
 
 from stages.report.backdrop import bilinear
 from stages.report.camera import Camera
-from stages.report.light import bake_dome, dome_radiance, fibonacci_sphere, key_directions
+from stages.report.light import BOUNCED, bake_dome, dome_radiance, fibonacci_sphere, key_directions
 from stages.report.render import Mesh, Studio, linear, render, screen
 from stages.report.sheet import contact_sheet
 
@@ -143,8 +143,8 @@ def test_dome_light_on_an_open_surface_is_one_and_under_a_roof_less():
     roof = bake_dome(np.zeros((1, 3)), up, lambda o, d: d[:, 2] > np.sqrt(0.5))
     directions = fibonacci_sphere(20000)
     seen = dome_radiance(directions) * np.maximum(directions[:, 2], 0.0)
-    expected = seen[directions[:, 2] <= np.sqrt(0.5)].sum() / seen.sum()
-    assert roof[0] == pytest.approx(expected, abs=0.08)
+    share = seen[directions[:, 2] <= np.sqrt(0.5)].sum() / seen.sum()
+    assert roof[0] == pytest.approx(BOUNCED + (1.0 - BOUNCED) * share, abs=0.08)
 
 
 def test_screen_curve_is_inverse_of_linear():
