@@ -89,12 +89,6 @@ def zero_offset(samples: Samples) -> Iterable[Prediction]:
     yield from ((row, nothing, None) for row in range(len(samples)))
 
 
-def bare_body(samples: Samples) -> Iterable[Prediction]:
-    """The posed bare body for DVAE: the garment's offsets at rest are taken away again."""
-    assert samples.worn is not None
-    yield from ((row, -samples.worn[samples.garment[row]], None) for row in range(len(samples)))
-
-
 def mean_offset(means: TypeMeans, masked: bool) -> Predictor:
     """The mean garment of the sample's true type."""
 

@@ -6,6 +6,7 @@ import math
 from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
+from typing import TypeVar
 
 import numpy as np
 import torch
@@ -39,7 +40,10 @@ def single_threaded_torch() -> Iterator[None]:
         torch.set_num_threads(before)
 
 
-def built(make: Callable[[], nn.Module], seed: int) -> nn.Module:
+Network = TypeVar("Network", bound=nn.Module)
+
+
+def built(make: Callable[[], Network], seed: int) -> Network:
     """`make()` with its random weights drawn from `seed`, leaving torch's global generator as it was."""
     with torch.random.fork_rng(devices=[]):
         torch.manual_seed(seed)

@@ -7,19 +7,14 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from model.mesh.geometry import face_normals
+
 MM = 1000.0
 
 
 def surface_error(predicted: NDArray, target: NDArray, mask: NDArray[np.bool_]) -> float:
     """Mean Euclidean distance [mm] of offsets (N, 3) from the true ones, over the true mask (N,)."""
     return MM * float(np.linalg.norm((predicted - target)[mask].astype(np.float64), axis=1).mean())
-
-
-def unit_face_normals(positions: NDArray, faces: NDArray[np.integer]) -> NDArray[np.float64]:
-    """Unit normals (F, 3) of positions (N, 3); zero where a face has no area."""
-    a, b, c = (positions[faces[:, k]].astype(np.float64) for k in range(3))
-    normal = np.cross(b - a, c - a)
-    return normal / np.maximum(np.linalg.norm(normal, axis=1), 1e-20)[:, None]
 
 
 def normals_error(
@@ -35,7 +30,7 @@ def normals_error(
         mask: True mask, shape (N,).
     """
     inner = faces[mask[faces].all(axis=1)]
-    first, second = unit_face_normals(base + predicted, inner), unit_face_normals(base + target, inner)
+    first, second = face_normals(base + predicted, inner), face_normals(base + target, inner)
     # atan2 instead of arccos, which has no precision left for nearly equal normals.
     sine = np.linalg.norm(np.cross(first, second), axis=1)
     return float(np.arctan2(sine, np.sum(first * second, axis=1)).mean())

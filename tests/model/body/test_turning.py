@@ -1,25 +1,11 @@
-"""Rotations of vertices between poses: rigid motion exactly, blends as SciPy's polar factor, never NaN."""
+"""Nearest rotations: SciPy's polar factor, and never NaN."""
 
 import numpy as np
 import pytest
 import scipy.linalg
 from scipy.spatial.transform import Rotation
 
-from model.body import REST_POSE, load_free_body
-from model.body.turning import nearest_rotations, vertex_turns
-
-
-def test_rest_pose_turns_nothing() -> None:
-    turns = vertex_turns(load_free_body("female"), REST_POSE[None], REST_POSE)
-    assert np.abs(turns - np.eye(3)).max() < 1e-6
-
-
-def test_turning_the_root_turns_every_vertex_alike() -> None:
-    turn = Rotation.from_rotvec([0.3, -0.5, 1.1])
-    pose = np.array(REST_POSE)
-    pose[0] = (turn * Rotation.from_rotvec(pose[0])).as_rotvec()
-    turns = vertex_turns(load_free_body("male"), pose[None], REST_POSE)
-    assert np.abs(turns - turn.as_matrix()).max() < 1e-6
+from model.body.turning import nearest_rotations
 
 
 def test_blends_equal_the_polar_factor() -> None:

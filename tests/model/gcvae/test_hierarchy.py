@@ -5,7 +5,8 @@ import pytest
 import scipy.sparse as sp
 from scipy.sparse.csgraph import connected_components
 
-from model.gcvae.hierarchy import LEVELS, TOPOLOGIES, Hierarchy, build_hierarchy, largest_eigenvalue
+from model.gcvae import LEVELS, TOPOLOGIES
+from model.gcvae.hierarchy import Hierarchy, build_hierarchy, largest_eigenvalue
 from model.mesh.topology import edge_list
 
 RINGS, SIDES, SEGMENTS = 48, 24, 4

@@ -1,0 +1,5 @@
+"""`python -m stages.train --task TASK.json`."""
+
+from stages.worker import main
+
+main("train")
