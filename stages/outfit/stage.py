@@ -38,7 +38,7 @@ def run(task: Task, progress: Progress) -> dict[str, Any]:
     try:
         plan = draw_plan(task.params["outfit"], config, np.random.default_rng(task.seed))
     except ValueError as error:
-        raise DataError(f"{task.item}: {error}") from error
+        raise DataError(str(error)) from error
     done = iter(range(2 * len(plan.garments) + 1))
     total = 2 * len(plan.garments) + 1
     garments = make_outfit(plan, model, betas, config, load_fabrics(), lambda label: progress(next(done), total, label))

@@ -1,0 +1,49 @@
+"""Fabrics are complete, ordered as cloth is, cited, and bad files are refused in one line."""
+
+from pathlib import Path
+
+import pytest
+
+from stages.outfit.config import FABRICS
+from stages.outfit.fabrics import CONSTANTS, FABRICS_FILE, load_fabrics
+from stages.spec import DataError
+
+
+def test_the_four_fabrics_are_there_with_their_sources() -> None:
+    fabrics = load_fabrics()
+    assert tuple(fabrics) == FABRICS
+    assert all(len(fabric.source) > 40 and any(c.isdigit() for c in fabric.source) for fabric in fabrics.values())
+
+
+def test_they_are_ordered_as_on_a_scale_and_in_the_hand() -> None:
+    silk, cotton, denim, leather = (load_fabrics()[name] for name in ("silk", "cotton", "denim", "leather"))
+    for constant in ("density", "stretch_stiffness", "shear_stiffness", "bend_stiffness"):
+        values = [getattr(fabric, constant) for fabric in (silk, cotton, denim, leather)]
+        assert values == sorted(values)
+    # A cantilever bends under its own weight over about (B / (rho g))^(1/3): centimetres for cloth.
+    for fabric in (silk, cotton, denim, leather):
+        assert 0.01 < (fabric.bend_stiffness / (fabric.density * 9.81)) ** (1 / 3) < 0.04
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "message"),
+    [
+        ("density = 0.130", "density = -0.130", r"\[cotton\]: density must be a number > 0, got -0.13"),
+        ("density = 0.130\n", "", r"\[cotton\]: density must be a number > 0, got None"),
+        ("thickness = 3.5e-4", 'thickness = "thin"', r"\[cotton\]: thickness must be a number > 0, got 'thin'"),
+        ("density = 0.130", "density = 0.130\ncolour = 3", r"\[cotton\]: unknown key 'colour'"),
+        ("[cotton]", "[cotton", "cannot be read as fabrics"),
+    ],
+)
+def test_bad_files_are_refused(tmp_path: Path, old: str, new: str, message: str) -> None:
+    path = tmp_path / "mine.toml"
+    path.write_text(FABRICS_FILE.read_text().replace(old, new))
+    with pytest.raises(DataError, match=message):
+        load_fabrics(path)
+
+
+def test_a_fabric_can_be_added(tmp_path: Path) -> None:
+    path = tmp_path / "mine.toml"
+    numbers = "\n".join(f"{constant} = 1" for constant in CONSTANTS)
+    path.write_text(f"{FABRICS_FILE.read_text()}\n[felt]\n{numbers}\n")
+    assert load_fabrics(path)["felt"].friction == 1.0
