@@ -37,7 +37,7 @@ class Display:
         self._done = 0
         self.later: Sequence[PlannedTask] = ()
         self._shown = time.monotonic()
-        self._running: dict[str, tuple[float, float, str]] = {}
+        self._running: dict[str, tuple[float, float]] = {}  # start on the monotonic clock [s], share done
         self._bars: dict[str, TaskID] = {}
         columns = (
             TextColumn("{task.description:<32}", markup=False),
@@ -58,13 +58,13 @@ class Display:
 
     def started(self, task: PlannedTask) -> None:
         """A worker took `task`."""
-        self._running[str(task)] = (0.0, 1.0, "")
+        self._running[str(task)] = (time.monotonic(), 0.0)
         self._bars[str(task)] = self._progress.add_task(f"  {task}", total=1.0, note="starts")
 
     def progress(self, task: PlannedTask, done: float, total: float, label: str = "") -> None:
         """`task` is at step `done` of `total`."""
         total = max(total, 1e-9)
-        self._running[str(task)] = (done, total, label)
+        self._running[str(task)] = (self._running[str(task)][0], done / total)
         self._progress.update(self._bars[str(task)], completed=done, total=total, note=f"{done:g}/{total:g} {label}")
 
     def ended(self, task: PlannedTask, wall_s: float, fault: str, again: bool) -> None:
@@ -92,11 +92,10 @@ class Display:
         left = self._left([*schedule.left, *self.later])
         self._progress.update(self._overall, note=f"{self._done}/{self._total} {left}")
         if not self._console.is_terminal:
-            running = ", ".join(
-                f"{name} {done / total:.0%}" if done else name for name, (done, total, _) in self._running.items()
-            )
+            running = ", ".join(f"{name} {share:.0%}" if share else name for name, (_, share) in self._running.items())
             self._console.print(f"{self._done}/{self._total} tasks; {left}; {running}", highlight=False)
 
     def _left(self, tasks: Iterable[PlannedTask]) -> str:
-        fractions = {name: done / total for name, (done, total, _) in self._running.items()}
-        return self._estimate.left(tasks, fractions, self._jobs)
+        now = time.monotonic()
+        running = {name: (now - start, share) for name, (start, share) in self._running.items()}
+        return self._estimate.left(tasks, running, self._jobs)

@@ -6,6 +6,8 @@ from collections.abc import Iterable, Mapping
 
 from pipeline.plan import PlannedTask
 
+_TELLING = 0.05  # share of a task's steps from which its own pace tells more than the mean of others
+
 
 class Estimate:
     """Mean wall time of a stage on a kind of item, learned from receipts and from the run itself."""
@@ -18,22 +20,36 @@ class Estimate:
         count, total = self._sums.get((stage, kind), (0, 0.0))
         self._sums[stage, kind] = (count + 1, total + wall_s)
 
-    def left(self, tasks: Iterable[PlannedTask], fractions: Mapping[str, float], jobs: int) -> str:
-        """Time left as text, such as "about 2 min left", for `tasks` of which some are done by `fractions` (name ->
-        0..1), `jobs` at a time; "at least" if a stage was never seen."""
+    def left(self, tasks: Iterable[PlannedTask], running: Mapping[str, tuple[float, float]], jobs: int) -> str:
+        """Time left as text, such as "about 2 min 05 s left".
+
+        Args:
+            tasks: Tasks not yet done.
+            running: Name of a running task -> time that it has taken [s], share of its steps that is done [1].
+            jobs: Tasks at a time.
+
+        Returns:
+            The text; "at least" if nothing is known of one of the tasks.
+        """
         shared = alone = longest = 0.0
         unknown = False
         for task in tasks:
-            count, total = self._sums.get((task.stage, task.kind), (0, 0.0))
-            unknown |= not count
-            cost = (total / count if count else 0.0) * (1.0 - fractions.get(str(task), 0.0))
+            cost = self._cost(task, *running.get(str(task), (0.0, 0.0)))
+            unknown |= cost is None
             if task.kind == "dataset":
-                alone += cost
+                alone += cost or 0.0
             else:
-                shared += cost
-                longest = max(longest, cost)
+                shared += cost or 0.0
+                longest = max(longest, cost or 0.0)
         seconds = max(shared / jobs, longest) + alone
         return f"{'at least' if unknown else 'about'} {clock(seconds)} left"
+
+    def _cost(self, task: PlannedTask, elapsed_s: float, share: float) -> float | None:
+        """Time [s] that `task` still takes, from its own pace if it has shown one; None if nothing is known."""
+        if share > _TELLING:
+            return elapsed_s * (1.0 - share) / share
+        count, total = self._sums.get((task.stage, task.kind), (0, 0.0))
+        return max(total / count - elapsed_s, 0.0) if count else None
 
 
 def clock(seconds: float) -> str:

@@ -71,8 +71,10 @@ def test_time_left_counts_what_runs_and_says_when_it_cannot_know() -> None:
     estimate.add("yarn", "sequence", 10.0)
     estimate.add("yarn", "sequence", 30.0)
     tasks = [_task("yarn", "a"), _task("yarn", "b"), _task("yarn", "c")]
-    assert estimate.left(tasks, {"yarn/a": 0.5}, jobs=2) == "about 25 s left"
+    assert estimate.left(tasks, {"yarn/a": (10.0, 0.0)}, jobs=2) == "about 25 s left"
+    assert estimate.left(tasks[:1], {"yarn/a": (30.0, 0.25)}, jobs=2) == "about 1 min 30 s left"
     assert estimate.left([*tasks, _task("weave", "a")], {}, jobs=2) == "at least 30 s left"
+    assert estimate.left([_task("weave", "a")], {"weave/a": (30.0, 0.5)}, jobs=2) == "about 30 s left"
     assert estimate.left(tasks[:1], {}, jobs=2) == "about 20 s left"
 
 
