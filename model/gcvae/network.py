@@ -119,12 +119,10 @@ class Decoder(nn.Module):
         )
         self.last = ChebyshevConvolution(graphs, 0, widths[0], shape.outputs)
         self.base = nn.Parameter(torch.zeros(graphs.sizes[0], shape.outputs))
-        self.scores = nn.Linear(shape.latent + shape.middle, shape.modes)
+        # At the start the graph layers are nearly silent and z is the scores: the network begins as a PCA.
+        self.scores = nn.Parameter(torch.eye(shape.latent + shape.middle, shape.modes))
         with torch.no_grad():
-            # At the start the graph layers are silent and z is the scores: the network begins as a PCA.
             self.last.weight.mul_(0.1)
-            self.scores.weight.copy_(torch.eye(shape.modes, shape.latent + shape.middle))
-            self.scores.bias.zero_()
 
     def forward(self, code: Tensor, middle: Tensor, topology: str) -> tuple[Tensor, Tensor | None]:
         """Offsets (N, B, 3) and logits (N, B), or None, of z (B, Z) and cvar^z (B, C)."""
@@ -133,7 +131,7 @@ class Decoder(nn.Module):
         x = self.second(hidden).view(len(code), self.graphs.sizes[-1], -1).transpose(0, 1)
         for k, block in enumerate(self.blocks):
             x = block(x, topology, below=k > 0)
-        result = self.last(x, topology) + self.modes.fields(self.scores(both)) + self.base[:, None, :]
+        result = self.last(x, topology) + self.modes.fields(both @ self.scores) + self.base[:, None, :]
         return result[..., :3], result[..., 3] if self.masked else None
 
 

@@ -96,9 +96,13 @@ def generate(
         vertices, faces = garment_mesh(positions, mask, layer.faces(TOPOLOGY[kind]))
         body = bodies[gender].pose(betas, pose[None])[0]
         vertices, inside = lift_out(vertices, body, bodies[gender].faces)
-        about = {"type": kind, "gender": gender, "topology": TOPOLOGY[kind], "note": note}
-        about |= {"lifted_share": inside}
-        about |= {"betas": betas.tolist(), "tightness": tightness.tolist(), "pose": pose.tolist()}
+        about: dict[str, Any] = {"type": kind, "gender": gender, "topology": TOPOLOGY[kind], "note": note}
+        about |= {
+            "lifted_share": inside,
+            "betas": betas.tolist(),
+            "tightness": tightness.tolist(),
+            "pose": pose.tolist(),
+        }
         made.append(
             Generated(
                 vertices=vertices,
