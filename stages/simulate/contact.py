@@ -6,7 +6,7 @@ import igl
 import numpy as np
 
 from stages.simulate.body_motion import BodyMotion
-from stages.simulate.contact_kernels import find_candidates, hold_attached, lift_out, press, touch
+from stages.simulate.contact_kernels import find_candidates, hold_attached, lift_out, press, take_over, touch
 from stages.simulate.grid import Grid
 from stages.simulate.kernels import BLOCKS
 
@@ -47,6 +47,7 @@ class BodyContact:
         self.tie_face, self.tie_bary = np.zeros(n, np.int32), np.zeros((n, 3))
         self.tie_offset, self.tie_stiffness = np.zeros(n), np.zeros(n)
         self.has_ties = False
+        self.deepest_vertex = 0
         self.deepest, self.moved = np.zeros(BLOCKS), np.zeros(BLOCKS, np.int32)
 
     def search(self, x: np.ndarray, reach: float) -> None:
@@ -163,6 +164,7 @@ class BodyContact:
             lift_out(self.face, self.normal, self.distance, fixed, floor, x, self.active, self.deepest, self.moved)
             if attempt == 0:
                 least, total = float(self.deepest.min()), int(self.moved.sum())
+                self.deepest_vertex = int(np.argmin(self.distance))
             if not self.moved.any():
                 break
         self.active[:] = 1
@@ -186,6 +188,26 @@ class BodyContact:
         hidden = near[winding > 0.5]
         x[hidden] += (depth - self.distance[hidden])[:, None] * self.normal[hidden]
         return len(hidden)
+
+    def take_over(
+        self,
+        solved: np.ndarray,
+        x: np.ndarray,
+        x_bar: np.ndarray,
+        h: float,
+        dt: float,
+        v: np.ndarray,
+        before: np.ndarray,
+    ) -> None:
+        """Velocities `v` of a step that solved for `solved` and was corrected to `x`; see the kernel."""
+        b = self.body
+        if not len(b.faces):
+            np.divide(solved - x_bar, h, out=v)
+            before += x - solved
+            return
+        take_over(
+            solved, x, x_bar, h, dt, self.face, self.bary, self.normal, b.x, b.x_old, b.faces, v, before
+        )  # fmt: skip
 
     def accept(self) -> None:
         """Keep the grip of the step that has been solved."""

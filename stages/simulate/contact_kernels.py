@@ -288,3 +288,42 @@ def lift_out(
             count += move
         deepest[b] = least
         moved[b] = count
+
+
+@kernel
+def take_over(
+    solved: Array,
+    x: Array,
+    x_bar: Array,
+    h: Real,
+    dt: Real,
+    face: Array,
+    bary: Array,
+    normal: Array,
+    body: Array,
+    body_start: Array,
+    faces: Array,
+    # outputs
+    v: Array,
+    before: Array,
+) -> None:
+    """Velocity of the step from its `solved` positions, and what moving them to `x` afterwards means for it.
+
+    A correction of position is no motion: the step's start `before` moves along, so that the next step of the
+    two-step integrator doesn't take it for speed. Only the speed towards the body is lost.
+    """
+    for i in range(x.shape[0]):
+        u = (vec(solved, i) - vec(x_bar, i)) / h
+        shift = vec(x, i) - vec(solved, i)
+        if shift.norm_sqr() > 0:
+            put(before, i, vec(before, i) + shift)
+            f = face[i]
+            if f >= 0:
+                n = vec(normal, i)
+                rate = n.dot(u)
+                for c in ti.static(range(3)):
+                    b = vec(body, faces[f, c]) - vec(body_start, faces[f, c])
+                    rate -= bary[i, c] * n.dot(b) / dt
+                if rate < 0:
+                    u -= rate * n
+        put(v, i, u)

@@ -137,6 +137,15 @@ def longest_step(stepper: Stepper, frame: int, config: SimulateConfig) -> float:
     return min(config.dt, config.travel / fastest) if fastest > 0 else config.dt
 
 
+def presentable(stepper: Stepper) -> np.ndarray:
+    """Positions (N, 3) [m] to record, nowhere inside the body; the simulation goes on from its own."""
+    clock, x = perf_counter(), stepper.x.copy()
+    stepper.contact.lift(x, stepper.fixed, stepper.config.floor, 12)
+    stepper.contact.tuck(x, stepper.config.floor / 2)
+    stepper.report.clock("folds", clock)
+    return x
+
+
 def solve(scene: Scene, config: SimulateConfig, progress: Callable[[int, int], None] | None = None) -> Solution:
     """Simulate `scene`; `progress(done, total)` is told after every frame.
 
@@ -151,11 +160,7 @@ def solve(scene: Scene, config: SimulateConfig, progress: Callable[[int, int], N
         stepper.report.clock("step size", clock)
         stepper.advance_to(frame / scene.fps, dt)
         if frame >= scene.record:
-            clock = perf_counter()
-            stepper.contact.lift(stepper.x, stepper.fixed, config.floor, 12)
-            stepper.contact.tuck(stepper.x, config.floor / 2)
-            stepper.report.clock("folds", clock)
-            recorded.append(stepper.x.copy())
+            recorded.append(presentable(stepper))
         if progress is not None:
             progress(frame, scene.frames)
     return Solution(np.stack(recorded), stepper.report, stepper.springs)

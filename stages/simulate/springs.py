@@ -42,9 +42,11 @@ def hinges(faces: np.ndarray) -> np.ndarray:
 def bending_rows(vertices: np.ndarray, faces: np.ndarray, rigidity: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Pairs (P, 2) and coefficients (P,) [N/m] of the quadratic bending energy of a sheet that is flat at rest.
 
-    E = 1/2 sum_h B 3 / (A1 + A2) |sum_k c_k x_k|^2 over inner edges h, with cotangent coefficients c whose sum is
-    zero; its Hessian is constant and E vanishes for any flat state. (Bergou et al. 2006, "A quadratic bending model
-    for inextensible surfaces", Eq. 3-5; the factor is that of E = 1/2 integral of B H^2, H = sum of curvatures.)
+    E = 1/2 sum_h B / (A1 + A2) |sum_k c_k x_k|^2 over inner edges h, with cotangent coefficients c whose sum is
+    zero: |sum c x| is the edge's length times its fold. The Hessian is constant and E vanishes for any flat state.
+    (Bergou et al. 2006, "A quadratic bending model for inextensible surfaces", Eq. 3-5; theirs has a factor of 3.
+    With 1 a cylinder on a regular mesh holds B A / (2 R^2), as a plate does, and so does one on an equilateral mesh,
+    by Seung and Nelson 1988.)
     A pair (i, j), i < j, holds q_ij with E = -1/2 sum_pairs q_ij |x_i - x_j|^2 .
 
     Args:
@@ -66,7 +68,7 @@ def bending_rows(vertices: np.ndarray, faces: np.ndarray, rigidity: np.ndarray) 
     c03, c04 = cot(-e0, x2 - x1), cot(-e0, x3 - x1)  # angles at x1
     area = 0.5 * (np.linalg.norm(np.cross(e0, x2 - x0), axis=1) + np.linalg.norm(np.cross(e0, x3 - x0), axis=1))
     c = np.column_stack([c03 + c04, c01 + c02, -(c01 + c03), -(c02 + c04)])
-    factor = 3.0 * rigidity[h].mean(1) / np.maximum(area, 1e-12)
+    factor = rigidity[h].mean(1) / np.maximum(area, 1e-12)
     pairs, values = [], []
     for a in range(4):
         for b in range(a + 1, 4):
