@@ -49,8 +49,8 @@ def reasons(tasks: Iterable[PlannedTask], states: Mapping[TaskName, State]) -> l
 def ending(end: Ending, wall_s: float, clear: Callable[[PlannedTask], str]) -> list[str]:
     """What a run did, and what is at fault with its remedy."""
     if not end.published and end.good and not end.rejected:
-        return [f"nothing to do: {end.found} tasks are up to date"]
-    lines = [f"{end.published} tasks published in {clock(wall_s)}, {end.found} were up to date"]
+        return [f"nothing to do: {_tasks(end.found)} up to date"]
+    lines = [f"{_tasks(end.published)} published in {clock(wall_s)}, {end.found} up to date"]
     for name, cause in end.rejected.items():
         lines.append(f"rejected: {cause}")
         if not end.tolerated:
@@ -59,10 +59,14 @@ def ending(end: Ending, wall_s: float, clear: Callable[[PlannedTask], str]) -> l
     if end.skipped:
         causes = Counter(f"{stage}/{item}" for stage, item in end.skipped.values())
         waited = ", ".join(f"{count} for {cause}" for cause, count in causes.most_common(_LISTED))
-        lines.append(f"skipped: {len(end.skipped)} tasks that waited {waited}")
+        lines.append(f"skipped: {_tasks(len(end.skipped))}, waiting {waited}")
     return lines
 
 
 def _items(plan: Plan) -> str:
     count = Counter(item.kind for item in plan.items.values())
     return ", ".join(f"{number} {kind}{'' if number == 1 else 's'}" for kind, number in count.items())
+
+
+def _tasks(number: int) -> str:
+    return f"{number} task{'' if number == 1 else 's'}"

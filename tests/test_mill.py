@@ -23,7 +23,7 @@ def test_every_shard_is_whole_and_a_second_run_does_nothing(output: Path, capsys
     assert main(["verify", str(RECIPE), "--output", str(output)]) == 0
     assert "31 of 31 shards verified" in capsys.readouterr().out
     assert main(["run", str(RECIPE), "--output", str(output)]) == 0
-    assert capsys.readouterr().out.startswith("nothing to do: 31 tasks are up to date\n")
+    assert capsys.readouterr().out.startswith("nothing to do: 31 tasks up to date\n")
 
 
 def test_the_garments_move_with_the_person(output: Path) -> None:

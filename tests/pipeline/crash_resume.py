@@ -58,7 +58,7 @@ def test_kills_at_random_moments_leave_no_trace(mill: Mill, tmp_path: Path) -> N
     assert kept.items() <= after.items()
     assert mill.shards() == whole.shards()
     assert not list(mill.output.rglob("*.tmp")) and not (mill.output / ".lock").exists()
-    assert mill("run")[1] == "nothing to do: 11 tasks are up to date\n"
+    assert mill("run")[1] == "nothing to do: 11 tasks up to date\n"
 
 
 def test_workers_die_with_a_killed_runner(mill: Mill) -> None:

@@ -20,7 +20,7 @@ def test_a_run_makes_everything_once(mill: Mill) -> None:
     made = mill.shards()
     assert len(made) == 8 + 2 + 2
     times = {path: path.stat().st_mtime_ns for path in mill.output.glob("*/*.h5")}
-    assert mill("run") == (0, "nothing to do: 11 tasks are up to date\n", "")
+    assert mill("run") == (0, "nothing to do: 11 tasks up to date\n", "")
     assert {path: path.stat().st_mtime_ns for path in mill.output.glob("*/*.h5")} == times
 
 
@@ -69,7 +69,7 @@ def test_a_lost_shard_is_made_again_alike(mill: Mill) -> None:
     made = mill.shards()
     (mill.output / "yarn" / "one.h5").unlink()
     assert "yarn/one: its shard is gone" in mill("status", "--why")[1]
-    assert "1 tasks published" in mill("run")[1]
+    assert "1 task published" in mill("run")[1]
     assert mill.shards() == made
 
 
@@ -78,7 +78,7 @@ def test_lost_receipts_are_made_again_from_the_shards(mill: Mill) -> None:
     kept = json.loads((mill.output / "yarn" / "receipts" / "one.json").read_text())
     for stage in ("yarn", "weave", "bolt"):
         shutil.rmtree(mill.output / stage / "receipts")
-    assert mill("run")[1] == "nothing to do: 11 tasks are up to date\n"
+    assert mill("run")[1] == "nothing to do: 11 tasks up to date\n"
     again = json.loads((mill.output / "yarn" / "receipts" / "one.json").read_text())
     assert {name: again[name] for name in ("key", "document", "sha256")} == {
         name: kept[name] for name in ("key", "document", "sha256")
@@ -88,7 +88,7 @@ def test_lost_receipts_are_made_again_from_the_shards(mill: Mill) -> None:
 def test_a_shard_that_was_only_touched_is_kept(mill: Mill) -> None:
     mill("run")
     (mill.output / "yarn" / "one.h5").touch()
-    assert mill("run")[1] == "nothing to do: 11 tasks are up to date\n"
+    assert mill("run")[1] == "nothing to do: 11 tasks up to date\n"
 
 
 @pytest.mark.parametrize("receipts", [True, False])
@@ -138,7 +138,7 @@ def test_bad_data_is_quarantined_and_never_retried(mill: Mill) -> None:
         code, out, _ = mill("run")
         assert code == 1
         assert "rejected: yarn/one: twist of the fibre is 7, must be < 5; take another fibre\n" in out
-        assert "skipped: 2 tasks that waited 2 for yarn/one" in out
+        assert "skipped: 2 tasks, waiting 2 for yarn/one" in out
     assert (mill.output / "yarn" / "one.tries").read_text() == "x"
     assert not (mill.output / "bolt" / "all").exists()
     assert "\nyarn/one: twist of the fibre is 7" in mill("status", "--why")[1]
@@ -201,7 +201,7 @@ def test_one_task_runs_by_hand_and_leaves_its_receipt(mill: Mill) -> None:
     paths = {"PYTHONPATH": f"{mill.catalog.root()}:{Path(__file__).parents[2]}"}
     ended = subprocess.run(command, capture_output=True, text=True, env=paths)
     assert ended.returncode == 0, ended.stderr
-    assert mill("run")[1] == "nothing to do: 11 tasks are up to date\n"
+    assert mill("run")[1] == "nothing to do: 11 tasks up to date\n"
     assert mill.shards() == made
     task.write_text(task.read_text().replace('"length": 5', '"length": 6'))
     ended = subprocess.run(command, capture_output=True, text=True, env=paths)
