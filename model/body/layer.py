@@ -17,8 +17,19 @@ FREE_LAYER = ASSET_FOLDER / "layer_free.npz"
 VERTEX_COUNT = 14_000
 """Number of vertices that a newly built layer aims at."""
 
-TOPOLOGY = {"top": "body", "tshirt": "body", "trousers": "body", "jumpsuit": "body", "skirt": "skirt", "dress": "skirt"}
-"""Which of the layer's two topologies each type of garment follows (CLOTH3D, section 4.1)."""
+TOPOLOGY = {
+    "top": "skirt",
+    "tshirt": "skirt",
+    "trousers": "body",
+    "jumpsuit": "body",
+    "skirt": "skirt",
+    "dress": "skirt",
+}
+"""Which of the layer's two topologies each type of garment follows.
+
+CLOTH3D (section 4.1) gives the skirt topology to skirts and dresses. Here upper garments have it, too: they hang as one
+tube, often to below the crotch, and above it the two topologies have the same faces.
+"""
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)

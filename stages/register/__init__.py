@@ -7,6 +7,6 @@ SPEC = StageSpec(
     name="register",
     needs=("body", "outfit"),
     config=RegisterConfig,
-    code_version=1,
+    code_version=2,
     schema="register",
 )

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from model.body.layer import GarmentLayer
+from model.body.layer import TOPOLOGY, GarmentLayer
 from model.mesh.barycentric import carry
 from stages.register.config import RegisterConfig
 from stages.register.cover import Cover, cover
@@ -13,6 +13,9 @@ from stages.register.fit import Gate, fit
 from stages.register.quality import Quality, measure
 from stages.register.source import source_surface
 from stages.register.target import Target
+
+FLARED = ("skirt", "dress")
+"""Types that may stand far off the body."""
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -35,7 +38,7 @@ def register_garment(
     faces: ArrayLike,
     layer: GarmentLayer,
     betas: ArrayLike,
-    topology: str,
+    kind: str,
     config: RegisterConfig,
     rng: np.random.Generator,
 ) -> Registration:
@@ -48,16 +51,17 @@ def register_garment(
         betas: Shape of the body that the garment was resized to, shape [b]. Not the wearer's own: on the body it was
             made for, a garment lies at an even distance and its borders lie where they were cut, so that the mask tells
             the cut alone, whatever the tightness, and long legs of a large garment do not end beyond the layer.
-        topology: "body" or "skirt".
+        kind: Type of the garment, a key of `TOPOLOGY`.
         config: Settings.
         rng: For the points at which the error is measured.
 
     Returns:
         The registration.
     """
+    topology = TOPOLOGY[kind]
     layer_faces = layer.faces(topology)
     target = Target(vertices, faces, config.flange, config.normal_scale)
-    gate = Gate(reach=config.skirt_reach if topology == "skirt" else config.reach, turn=config.turn)
+    gate = Gate(reach=config.skirt_reach if kind in FLARED else config.reach, turn=config.turn)
     fitted = fit(source_surface(layer, betas, topology), layer_faces, target, gate, config.coarse, config.fine)
     found = cover(fitted, layer_faces, target, config.tolerance)
     registered = carry(vertices, faces, found.face, found.barycentric)

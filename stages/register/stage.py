@@ -36,7 +36,7 @@ def run(task: Task, progress: Progress) -> dict[str, Any]:
         if kind not in TOPOLOGY:
             raise DataError(f"{outfit.path}: garment {name!r} has type {kind!r}; known are {', '.join(TOPOLOGY)}")
         vertices, faces = outfit[f"garments/{name}/vertices"], outfit[f"garments/{name}/faces"]
-        result = register_garment(vertices, faces, layer, outfit["tight_betas"], TOPOLOGY[kind], config, rng)
+        result = register_garment(vertices, faces, layer, outfit["tight_betas"], kind, config, rng)
         quality = result.quality
         if quality.coverage < config.min_coverage:
             raise DataError(

@@ -118,6 +118,7 @@ def test_every_garment_type_has_a_topology(layer: GarmentLayer) -> None:
     for topology in TOPOLOGY.values():
         assert len(layer.faces(topology)) > 25_000
     assert TOPOLOGY["dress"] == TOPOLOGY["skirt"] == "skirt"
+    assert TOPOLOGY["trousers"] == TOPOLOGY["jumpsuit"] == "body"
 
 
 def test_stored_layer_is_what_the_build_makes() -> None:

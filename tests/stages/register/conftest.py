@@ -12,7 +12,7 @@ from model.mesh.geometry import vertex_normals
 from model.mesh.remesh import remesh
 from model.mesh.split import split_along
 from model.mesh.topology import compact, largest_component_faces
-from stages.register.source import rest_layer, source_surface
+from stages.register.source import source_surface
 
 
 @dataclass(frozen=True, eq=False)
@@ -61,7 +61,7 @@ def tshirt(layer: GarmentLayer) -> Made:
         neck = np.linalg.norm(x - (0.0, 0.0, 0.55), axis=1) - 0.11
         return np.minimum.reduce([x[:, 2] - 0.02, 0.35 - np.abs(x[:, 0]), neck])
 
-    return make(layer, "body", field, 0.012)
+    return make(layer, "skirt", field, 0.012)
 
 
 @pytest.fixture(scope="session")
@@ -71,6 +71,16 @@ def skirt(layer: GarmentLayer) -> Made:
 
 
 @pytest.fixture(scope="session")
-def rest(layer: GarmentLayer) -> np.ndarray:
-    """The mean body's layer in rest pose [m], shape [N, 3]."""
-    return rest_layer(layer, np.zeros(10))
+def trousers(layer: GarmentLayer) -> Made:
+    """From the waist to the shins, 10 mm off the skin."""
+    return make(layer, "body", lambda x: np.minimum(0.13 - x[:, 2], x[:, 2] + 0.6), 0.010)
+
+
+@pytest.fixture(scope="session")
+def long_shirt(layer: GarmentLayer) -> Made:
+    """A sleeveless tube around the trunk and the upper thighs, to 8 cm below the crotch."""
+
+    def field(x: np.ndarray) -> np.ndarray:
+        return np.minimum.reduce([x[:, 2] + 0.18, 0.3 - x[:, 2], 0.24 - np.abs(x[:, 0])])
+
+    return make(layer, "skirt", field, 0.012)

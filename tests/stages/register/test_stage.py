@@ -88,7 +88,7 @@ def registered(shards: Path) -> Path:
 def test_register_publishes_every_garment(registered: Path, layer: GarmentLayer) -> None:
     shard = store.read(registered / "register.h5", "register", KEY["register"])
     outfit = store.read(registered / "outfit.h5", "outfit", KEY["outfit"])
-    assert {n: a["topology"] for n, a in shard.attrs["garments"].items()} == {"tshirt": "body", "skirt": "skirt"}
+    assert {n: a["topology"] for n, a in shard.attrs["garments"].items()} == {"tshirt": "skirt", "skirt": "skirt"}
     for name in ("tshirt", "skirt"):
         group = f"garments/{name}"
         rows = shard[f"{group}/face"], shard[f"{group}/barycentric"]
