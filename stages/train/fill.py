@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from model.gcvae.hierarchy import Hierarchy
 
 # Rounds of averaging over the neighbours at each level, after the values came down from the coarser one.
-SMOOTHING_ROUNDS = 6
+SMOOTHING_ROUNDS = 10
 
 
 class Fill:
