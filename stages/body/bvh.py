@@ -151,7 +151,7 @@ def _hierarchy(
     tips: dict[str, Array] = {}
     stack: list[int] = []
     while True:
-        words = lines.next("the rest of the hierarchy")
+        words = lines.next("the rest of the hierarchy, then MOTION,")
         head = words[0]
         if head in ("ROOT", "JOINT"):
             name = " ".join(words[1:])

@@ -10,7 +10,7 @@ from scipy.spatial.transform import Rotation, Slerp
 from stages.body.bvh import Recording
 from stages.body.joint_map import match
 
-FAKE_JUMP = np.deg2rad(10.0)
+FAKE_JUMP = np.deg2rad(6.0)
 """Least mean rotation of the joints between the first two frames that betrays a fake first frame [rad]."""
 
 FAKE_RATIO = 4.0

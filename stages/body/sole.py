@@ -72,7 +72,7 @@ class Sole:
 def measure_sole(figure: Figure, side: int) -> Sole:
     """Tabulates how the foot of one side rolls (side 0 is left)."""
     points, ball = figure.soles[side], figure.ball(side)
-    pitches = np.linspace(-STEEPEST_HEEL_STRIKE, 0.0, 181)
+    pitches = np.linspace(-STEEPEST_HEEL_STRIKE, 0.0, 1801)
     heights = -(np.cos(pitches)[:, None] * points[:, 1] - np.sin(pitches)[:, None] * points[:, 2]).min(axis=1)
     steps = np.diff(pitches) * (heights[1:] + heights[:-1]) / 2
     rolled = -np.concatenate([np.cumsum(steps[::-1])[::-1], [0.0]])

@@ -38,31 +38,61 @@ class Leap:
     """Pitch of the feet as they land [rad]: positive on the balls, negative on the heels."""
     reach: float
     """How far the feet land in front of the root joint [leg lengths]."""
+    tiptoe: float
+    """Height of the root joint at take-off over that of standing [leg lengths]."""
+    lower: float
+    """How much lower the root joint lands than it took off, with bent legs or legs in front [leg lengths]."""
 
     def off(self) -> float:
         """When the feet leave the ground [s]."""
         return self.start + 0.95
 
     def air(self, leg: float) -> float:
-        """Time in the air [s], landing `LOWER` leg lengths below take-off."""
+        """Time in the air [s]."""
         speed = np.sqrt(2 * GRAVITY * self.height * leg)
-        return float((speed + np.sqrt(speed**2 + 2 * GRAVITY * LOWER * leg)) / GRAVITY)
+        return float((speed + np.sqrt(speed**2 + 2 * GRAVITY * self.lower * leg)) / GRAVITY)
 
-
-LOWER = 0.045
-"""How much lower the root joint lands than it took off [leg lengths]: with bent legs."""
 
 LEAPS = (
-    Leap(start=0.45, crouch=0.34, height=0.36, distance=0.0, turning=0.0, strike=0.55, reach=0.0),
-    Leap(start=3.55, crouch=0.36, height=0.26, distance=1.0, turning=0.0, strike=-0.14, reach=0.27),
-    Leap(start=6.75, crouch=0.34, height=0.33, distance=0.0, turning=np.pi / 2, strike=0.55, reach=0.0),
+    Leap(
+        start=0.45,
+        crouch=0.34,
+        height=0.36,
+        distance=0.0,
+        turning=0.0,
+        strike=0.55,
+        reach=0.0,
+        tiptoe=0.055,
+        lower=0.045,
+    ),
+    Leap(
+        start=3.55,
+        crouch=0.36,
+        height=0.26,
+        distance=1.0,
+        turning=0.0,
+        strike=-0.14,
+        reach=0.19,
+        tiptoe=0.035,
+        lower=0.14,
+    ),
+    Leap(
+        start=6.75,
+        crouch=0.34,
+        height=0.33,
+        distance=0.0,
+        turning=np.pi / 2,
+        strike=0.55,
+        reach=0.0,
+        tiptoe=0.055,
+        lower=0.045,
+    ),
 )
 
 
 def jump(figure: Figure, times: NDArray[np.float64]) -> tuple[Posture, tuple[NDArray[np.bool_], NDArray[np.bool_]]]:
     """The posture of the jumps, and when each foot is on the ground; `times` [s], shape [T]."""
     leg, stand, wide = figure.leg_length, standing_height(figure), figure.stance * 1.12
-    top = stand + 0.075 * leg
     up = [(times[0], stand, 0.0, 0.0)]
     along: list[tuple[float, float, float, float]] = [(times[0], 0.0, 0.0, 0.0)]
     heading, bent, tilted = [(0.0, 0.0)], [(0.0, 0.0)], [(0.0, 4.0)]
@@ -73,13 +103,14 @@ def jump(figure: Figure, times: NDArray[np.float64]) -> tuple[Posture, tuple[NDA
         off, air = leap.off(), leap.air(leg)
         land = off + air
         speed, fly = np.sqrt(2 * GRAVITY * leap.height * leg), leap.distance * leg / air
+        top = stand + leap.tiptoe * leg
         deep, back = leap.start + 0.58, -0.10 * leg
         gone = float(place[2])
         up += [
             (leap.start, stand, 0.0, 0.0),
             (deep, stand - leap.crouch * leg, 0.0, 6.0),
             (off, top, speed, -GRAVITY),
-            (land, top - LOWER * leg, speed - GRAVITY * air, -GRAVITY),
+            (land, top - leap.lower * leg, speed - GRAVITY * air, -GRAVITY),
             (land + 0.30, stand - 0.30 * leg, 0.0, 4.0),
             (land + 1.05, stand, 0.0, 0.0),
         ]
