@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 class SimulateConfig:
     """Section [simulate] of a recipe."""
 
-    dt: float = field(default=1 / 240, metadata={"gt": 0.0, "le": 1 / 30})
+    dt: float = field(default=1 / 180, metadata={"gt": 0.0, "le": 1 / 30})
     """Longest time step [s]; a step is shortened where the motion is fast, and halved where it fails."""
     shortest_dt: float = field(default=1 / 16000, metadata={"gt": 0.0, "le": 1 / 240})
     """Floor of the step [s]: a step that still fails there ends the task."""

@@ -11,14 +11,14 @@ def start_taichi(threads: int | None = None) -> int:
     """Initialise Taichi unless this process has already done so.
 
     Args:
-        threads: CPU threads; None reads CLOTHMILL_THREADS, else takes every core this process may use.
+        threads: CPU threads; None reads TI_CPU_MAX_NUM_THREADS, else takes every core this process may use.
             The result of a simulation does not depend on it.
 
     Returns:
         The number of threads in use.
     """
     if not _started:
-        wanted = threads or int(os.environ.get("CLOTHMILL_THREADS", "0")) or len(os.sched_getaffinity(0))
+        wanted = threads or int(os.environ.get("TI_CPU_MAX_NUM_THREADS", "0")) or len(os.sched_getaffinity(0))
         ti.init(
             arch=ti.cpu,
             cpu_max_num_threads=wanted,

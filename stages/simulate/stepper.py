@@ -50,6 +50,7 @@ class Stepper:
 
     Attributes:
         x, v: Positions [m] and velocities [m/s], shape [N, 3], at `time` [s].
+        fastest: Bound on the speed of skin past cloth near it [m/s], which sets how far contact is looked for.
     """
 
     LONGEST_MOVE = 0.03
@@ -73,6 +74,7 @@ class Stepper:
         real = np.float32 if config.precision == "f32" else np.float64
         self.springs, self.contact, self.pairs, self.config = springs, contact, pairs, config
         self.time, self.last_dt = 0.0, 0.0
+        self.fastest = np.inf
         self.x, self.v = np.array(x, np.float64), np.zeros((n, 3))
         self.x_old, self.v_old = self.x.copy(), self.v.copy()
         self.x_bar, self.y, self.guess, self.trial = (np.zeros((n, 3)) for _ in range(4))
@@ -136,7 +138,7 @@ class Stepper:
         body.place(self.time + dt, body.x)
         body.refresh()
         clock = self.report.clock("body", clock)
-        self.contact.search(self.guess, c.margin + 1.5 * c.travel)
+        self.contact.search(self.guess, c.margin + 0.5 * c.travel + min(self.fastest * dt, c.travel))
         clock = self.report.clock("candidates", clock)
         if self.pairs is not None:
             self.pairs.search(self.x)
@@ -256,7 +258,7 @@ class Stepper:
             self.pairs.part(x, self.fixed, 2)
             clock = r.clock("pairs", clock)
         least, moved = self.contact.lift(x, self.fixed, c.floor)
-        # Shorter steps cure what moved through the skin; cloth shut in where the body overlaps itself they can't help.
+        # Shorter steps cure what moved through the skin; they can't help cloth shut in where the body overlaps itself.
         if least < -c.travel and dt > c.dt / 5:
             raise Rejected(self.contact.deepest_vertex, f"it went {-least * 1e3:.1f} mm into the body")
         r.deepest, r.lifted, r.steps = max(r.deepest, -least), r.lifted + moved, r.steps + 1
