@@ -66,7 +66,7 @@ def mend_flips(recording: Recording) -> tuple[Recording, int]:
     gap = max(1, round(FLIP_GAP / recording.frame_time))
     bad = binary_closing(np.pad(bad, gap), np.ones(gap))[gap:-gap]
     # The frames beside a flip are bent towards it by the same filter.
-    bad = binary_dilation(bad, iterations=max(1, round(gap / 4)))
+    bad = binary_dilation(bad, iterations=gap)
     good = np.flatnonzero(~bad)
     if len(good) < 2:
         return recording, 0
