@@ -22,7 +22,7 @@ FRONT, SIDE = -0.5 * np.pi, -np.pi
 MARGIN = 1.12
 # Portraits of outfits: slightly from the side, where folds show; the arms are spread out in the rest pose.
 STILL_VIEW, STILL_SPAN = FRONT - 0.35, 2.0
-STILL_SIZE = (400, 460)
+STILL_SIZE = (400, 420)
 GENERATED_SIZE = (340, 420)
 
 

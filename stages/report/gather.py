@@ -57,9 +57,9 @@ class Person:
             Surface(
                 vertices=garment.vertices + shift,
                 faces=garment.faces,
-                cloth=fabric_colour(garment.fabric, f"{self.item}/{garment.name}"),
+                cloth=fabric_colour(garment.fabric, self.item, layer),
             )
-            for garment in self.garments
+            for layer, garment in enumerate(self.garments)
         ]
         return [Surface(vertices=self.vertices + shift, faces=self.faces), *worn]
 

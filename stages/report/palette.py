@@ -19,12 +19,13 @@ FABRICS: dict[str, tuple[Colour, ...]] = {
 OTHER: tuple[Colour, ...] = ((0.48, 0.56, 0.66), (0.62, 0.58, 0.50), (0.56, 0.47, 0.58))
 
 
-def fabric_colour(fabric: str, name: str) -> Colour:
+def fabric_colour(fabric: str, item: str, layer: int = 0) -> Colour:
     """Colour of a garment.
 
     Args:
         fabric: Name of its fabric; an unknown one gets a neutral colour.
-        name: What tells this garment from others, such as "s0/tshirt"; it picks the shade.
+        item: Whose garment it is; picks the shade.
+        layer: Place in the outfit: neighbouring layers of one fabric differ.
     """
     shades = FABRICS.get(fabric, OTHER)
-    return shades[zlib.crc32(name.encode()) % len(shades)]
+    return shades[(zlib.crc32(item.encode()) + layer) % len(shades)]

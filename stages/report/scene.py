@@ -115,7 +115,7 @@ def portrait(surfaces: Sequence[Surface], azimuths: Sequence[float], width: int,
     """
     points = surfaces[0].vertices[0]
     low, high = points.min(axis=0), points.max(axis=0)
-    middle = np.array([0.5 * (low[0] + high[0]), 0.5 * (low[1] + high[1]), low[2] + 0.46 * span])
+    middle = 0.5 * (low + high) + [0.0, 0.0, 0.03 * span]
     studio = Studio([surface.at(0) for surface in surfaces], floor=float(low[2]))
     views = [studio.picture(Camera.around(middle, a, height=span), width, height) for a in azimuths]
     return contact_sheet(views, len(views))
