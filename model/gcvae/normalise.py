@@ -10,6 +10,10 @@ from numpy.typing import NDArray
 
 # Conditions that hardly vary in the training set are not blown up to unit variance.
 SMALLEST_DEVIATION = 0.1
+# The same for bodies: the training set may hold one person only [m].
+SMALLEST_BODY_DEVIATION = 0.02
+# Conditions beyond the training set's are brought to its edge [standard deviations]: a network cannot extrapolate.
+WIDEST = 3.0
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -47,14 +51,14 @@ class Normaliser:
         return cls(
             offset_scale=max(float(np.sqrt(square / max(int(mask.sum()) * 3, 1))), 1e-4),
             body_mean=body_mean,
-            body_scale=max(float(np.sqrt(np.mean((bodies - body_mean) ** 2))), 1e-3),
+            body_scale=max(float(np.sqrt(np.mean((bodies - body_mean) ** 2))), SMALLEST_BODY_DEVIATION),
             cvar_mean=cvar.mean(axis=0),
             cvar_scale=np.maximum(cvar.std(axis=0), SMALLEST_DEVIATION).astype(np.float32),
         )
 
     def conditions(self, cvar: NDArray[np.float32]) -> NDArray[np.float32]:
-        """Standardised conditions (B, C)."""
-        return ((cvar - self.cvar_mean) / self.cvar_scale).astype(np.float32)
+        """Standardised conditions (B, C), within `WIDEST` deviations."""
+        return np.clip((cvar - self.cvar_mean) / self.cvar_scale, -WIDEST, WIDEST).astype(np.float32)
 
     def arrays(self) -> dict[str, NDArray]:
         """What a shard stores."""

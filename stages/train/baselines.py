@@ -11,6 +11,8 @@ from stages.train.samples import Samples
 
 # A PCA of more samples than this sees an even selection of them: the Gram matrix grows with their square.
 MOST_SAMPLES = 2000
+# Components with less variance than this share of the first's are rounding, not shape.
+SMALLEST_VARIANCE = 1e-7
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -72,7 +74,7 @@ class Components:
         rows -= mean
         values, vectors = np.linalg.eigh((rows @ rows.T).astype(np.float64))
         order = np.argsort(values)[::-1][: min(most, len(chosen) - 1)]
-        order = order[values[order] > 1e-9 * values[-1]]
+        order = order[values[order] > SMALLEST_VARIANCE * values[-1]]
         basis = (vectors[:, order] / np.sqrt(values[order])).T.astype(np.float32) @ rows
         deviation = np.sqrt(values[order] / len(chosen)).astype(np.float32)
         return cls(mean=mean, basis=basis, deviation=deviation, scale=scale, masked=masked)

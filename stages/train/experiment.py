@@ -25,6 +25,9 @@ from stages.train.fit import built, fit_conditioning, fit_network
 from stages.train.objective import TERMS, Objective, input_channels
 from stages.train.samples import Samples
 
+# Scores of modes that hardly varied in training are not blown up to unit variance; share of the first mode's deviation.
+SMALLEST_SCORE = 0.02
+
 
 @dataclass(frozen=True, kw_only=True)
 class Mesh:
@@ -107,7 +110,7 @@ def train(
     network.start_from(
         torch.from_numpy(components.per_vertex(components.mean[None])[0]),
         torch.from_numpy(np.ascontiguousarray(np.moveaxis(basis, 0, 2))),
-        torch.from_numpy(components.deviation[:modes]),
+        torch.from_numpy(np.maximum(components.deviation[:modes], SMALLEST_SCORE * components.deviation[0])),
     )
     error = fit_conditioning(
         network.conditioning, torch.from_numpy(scales.conditions(samples.cvar)), config.conditioning_steps
