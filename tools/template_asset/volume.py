@@ -8,11 +8,11 @@ hulls, each moved outwards by the wearer's ease.
 from collections.abc import Callable
 from dataclasses import dataclass
 
+import igl
 import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import gaussian_filter, map_coordinates
 from scipy.spatial import ConvexHull
-from skimage.measure import marching_cubes
 
 Array = NDArray[np.float64]
 Ease = Callable[[Array], Array]
@@ -86,9 +86,14 @@ class Volume:
         return self.grid.origin - np.array([(self.grid.shape[0] - 1) * self.grid.spacing, 0.0, 0.0])
 
     def surface(self) -> tuple[Array, NDArray[np.int64]]:
-        """The zero level set as triangles: vertices [m], shape [n, 3], and faces that look outwards, [f, 3]."""
-        vertices, faces, _, _ = marching_cubes(self.values, 0.0, gradient_direction="ascent")
-        return vertices * self.grid.spacing + self.origin, faces.astype(np.int64)
+        """The zero level set as triangles: vertices [m], shape [n, 3], and faces, all oriented alike, [f, 3]."""
+        nx, ny, nz = self.values.shape
+        axes = [o + self.grid.spacing * np.arange(n) for o, n in zip(self.origin, (nx, ny, nz))]
+        # igl lets x run fastest.
+        nodes = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).transpose(2, 1, 0, 3).reshape(-1, 3)
+        values = np.ascontiguousarray(self.values.transpose(2, 1, 0)).reshape(-1)
+        vertices, faces, _ = igl.marching_cubes(values, np.ascontiguousarray(nodes), nx, ny, nz, 0.0)
+        return vertices, faces
 
     def project(self, points: Array, iterations: int = 3) -> Array:
         """Moves points [m], shape [n, 3], along the gradient onto the zero level set (Newton's method)."""
