@@ -20,7 +20,7 @@ Person = tuple[BodyModel, np.ndarray, Figure]
 def exact_distance(model: BodyModel, frame: np.ndarray, moving: np.ndarray, still: np.ndarray) -> float:
     """Smallest signed distance [m] of the vertices `moving` to the skin of `still`, in one posed body."""
     faces = model.faces[still[model.faces].all(axis=1)]
-    kind = igl.SignedDistanceType.SIGNED_DISTANCE_TYPE_PSEUDONORMAL
+    kind = igl.SignedDistanceType.SIGNED_DISTANCE_TYPE_FAST_WINDING_NUMBER
     distance = igl.signed_distance(
         frame[moving].astype(np.float64), frame.astype(np.float64), faces.astype(np.int64), kind
     )[0]

@@ -73,7 +73,7 @@ def test_flips_of_the_root_are_bridged(tmp_path: Path) -> None:
     mended, count = mend_flips(record(angles, root, 1 / 120, tmp_path))
     assert 4 <= count <= 36
     off = Rotation.from_matrix(mended.rotations[:, 0]).inv() * Rotation.from_matrix(clean.rotations[:, 0])
-    assert np.degrees(off.magnitude()).max() < 1.0
+    assert np.degrees(off.magnitude()).max() < 3.0
     np.testing.assert_array_equal(mended.rotations[:, 1:], clean.rotations[:, 1:])
 
 
