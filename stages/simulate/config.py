@@ -44,8 +44,8 @@ class SimulateConfig:
     thickness: float = field(default=0.002, metadata={"gt": 0.0, "le": 0.02})
     """Distance that layers of cloth keep from each other [m], at most a third of an edge."""
     pair_slack: float = field(default=0.003, metadata={"gt": 0.0, "le": 0.05})
-    """How much further than `thickness` pairs of cloth are looked for [m], so that they last for some steps."""
-    pair_every: int = field(default=4, metadata={"ge": 1, "le": 100})
+    """Least distance beyond `thickness` to look for pairs of cloth [m]; up to four times it where cloth is fast."""
+    pair_every: int = field(default=2, metadata={"ge": 1, "le": 100})
     """Steps for which pairs of cloth are kept before they are looked for again."""
     untangle: float = field(default=0.01, metadata={"ge": 0.0, "le": 0.1})
     """Depth up to which garments that have passed each other are put back in the order of their layers [m]."""

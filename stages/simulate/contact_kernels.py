@@ -210,9 +210,10 @@ def press(
             limit = friction[i] * load
             size = s.norm()
             hold = kt
-            if kt * size > limit:
-                hold = limit / size
-                s *= limit / (kt * size)
+            if kt * size >= limit:
+                hold = limit / ti.max(size, 1e-12)
+                # The secant, not the tangent, which along the slip is 0: what is about to stick would overshoot.
+                s *= limit / ti.max(kt * size, 1e-12 * kt)
             f -= kt * s
             add_outer(block, i, -hold, n)
             block[i, 0] += hold

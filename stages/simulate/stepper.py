@@ -141,11 +141,11 @@ class Stepper:
         self.contact.search(self.guess, c.margin + 0.5 * c.travel + min(self.fastest * dt, c.travel))
         clock = self.report.clock("candidates", clock)
         if self.pairs is not None:
-            self.pairs.search(self.x)
+            self.pairs.search(self.x, self.v, dt)
             clock = self.report.clock("pairs", clock)
         x, other = self.guess, self.trial
         self.bend_scale[:] = 1 + s.bend_damping / h
-        for _ in range(c.newton_iterations):
+        for iteration in range(c.newton_iterations):
             clock = perf_counter()
             self.contact.evaluate(x, self.x, dt)
             clock = self.report.clock("contact", clock)
@@ -162,7 +162,8 @@ class Stepper:
             moved = float(self.largest.max())
             if not moved < 1e29:
                 raise Rejected(int(np.argmax(~np.isfinite(self.pcg.dx).all(1))), "the solution is not finite")
-            if moved < c.newton_tolerance:
+            # The first iteration holds what touches by friction; only the second knows whether it slides.
+            if iteration > 0 and moved < c.newton_tolerance:
                 break
         if moved > self.LONGEST_MOVE:
             vertex = int(np.argmax(np.abs(self.pcg.dx).max(1)))

@@ -49,7 +49,7 @@ def heading(first: np.ndarray, rest: np.ndarray) -> float:
 
 def blend_poses(a: np.ndarray, b: np.ndarray, s: np.ndarray) -> np.ndarray:
     """Slerp of every joint: poses a (K, 3) or (T, K, 3) to b (T, K, 3) at s (T,), axis-angle [rad], the short way."""
-    a = np.broadcast_to(a, b.shape).reshape(-1, 3)
+    a = np.array(np.broadcast_to(a, b.shape)).reshape(-1, 3)
     start = Rotation.from_rotvec(a)
     turn = (start.inv() * Rotation.from_rotvec(b.reshape(-1, 3))).as_rotvec()
     weight = np.repeat(s, b.shape[1])[:, None]

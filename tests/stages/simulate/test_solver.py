@@ -1,0 +1,151 @@
+"""What a user sees of the solver: same bits, clear refusals, scene files, searches that miss nothing."""
+
+import json
+import subprocess
+import sys
+from dataclasses import replace
+from pathlib import Path
+
+import igl
+import numpy as np
+import pytest
+from small_scenes import PLAIN, ball, garment, scene, sheet, stepper
+
+from stages.simulate.config import SimulateConfig
+from stages.simulate.fabric import Fabric
+from stages.simulate.quality import measure
+from stages.simulate.scene_file import read_scene
+from stages.simulate.solve import solve
+from stages.simulate.springs import Springs, unique_edges
+from stages.spec import DataError
+
+DIGEST = """
+import hashlib, sys
+sys.path.insert(0, {here!r})
+from dataclasses import replace
+from small_scenes import PLAIN, ball, garment, scene, sheet
+from stages.simulate.config import SimulateConfig
+from stages.simulate.solve import solve
+v, f = sheet(30, 30, 0.01)
+one = scene(garment(v, f, PLAIN), start=v + [-0.14, -0.14, 0.105], body=ball(0.1, 3), frames=3)
+print(hashlib.sha256(solve(one, SimulateConfig(threads={threads})).x.tobytes()).hexdigest())
+"""
+
+
+def test_same_bits_at_any_number_of_threads() -> None:
+    digests = []
+    for threads in (1, 2):
+        code = DIGEST.format(here=str(Path(__file__).parent), threads=threads)
+        run = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True, timeout=120)
+        digests.append(run.stdout.split()[-1])
+    assert digests[0] == digests[1]
+
+
+def test_nan_in_the_cloth_is_refused() -> None:
+    vertices, faces = sheet(4, 4, 0.02)
+    start = vertices.copy()
+    start[5, 1] = np.nan
+    with pytest.raises(DataError, match=r"shirt: start position of vertex 5 .* must be finite"):
+        solve(scene(garment(vertices, faces, name="shirt"), start=start), SimulateConfig(threads=1))
+
+
+def test_nan_in_the_body_is_refused_at_its_frame() -> None:
+    vertices, faces = sheet(4, 4, 0.02)
+    one = scene(
+        garment(vertices, faces), body=ball(0.05, 1), frames=4, motion=lambda k: np.full(3, np.nan if k > 2 else 0.0)
+    )
+    with pytest.raises(DataError, match=r"body: frame 3, vertex 0 is not finite"):
+        solve(one, SimulateConfig(threads=1))
+
+
+def test_what_cannot_be_solved_ends_with_frame_vertex_and_cause() -> None:
+    # A pin that jumps a kilometre: no step is short enough.
+    vertices, faces = sheet(4, 4, 0.02)
+    one = scene(garment(vertices, faces), pins=np.array([0]), frames=2)
+    one = replace(one, pin_goal=lambda time: vertices[:1] + (1e3 if time > 0.01 else 0.0))
+    with pytest.raises(DataError, match=r"simulation failed at 0\.0.* s: vertex \d+ .*floor") as caught:
+        solve(one, SimulateConfig(threads=1))
+    assert "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize("constant", ["density", "stretch_stiffness"])
+def test_impossible_fabric_is_refused(constant: str) -> None:
+    with pytest.raises(DataError, match=rf"shirt: fabric constant {constant} must be finite and > 0, got -1.0"):
+        Fabric.of({constant: -1.0}, "shirt")
+
+
+def test_broken_meshes_are_refused() -> None:
+    vertices, faces = sheet(3, 3, 0.02)
+    same = vertices.copy()
+    same[1] = same[0]
+    for bad, message in (
+        (garment(same, faces), "edge 0-1 is"),
+        (garment(np.concatenate([vertices, [[1.0, 1, 1]]]), faces), "vertex 9 has no face"),
+        (garment(vertices, np.concatenate([faces, [[0, 1, 8]], [[0, 1, 7]]])), "shared by"),
+    ):
+        with pytest.raises(DataError, match=message):
+            stepper(scene(bad))
+
+
+def test_candidates_miss_no_triangle() -> None:
+    vertices, faces = sheet(8, 8, 0.02)
+    body, body_faces = ball(0.1, 3)
+    s = stepper(scene(garment(vertices, faces), body=(body, body_faces)))
+    x = np.random.default_rng(0).normal(size=(64, 3))
+    x *= (0.1 + np.linspace(-0.015, 0.015, 64)[:, None]) / np.linalg.norm(x, axis=1, keepdims=True)
+    s.contact.search(x, 0.02)
+    s.contact.locate(x)
+    expected, _, closest = igl.signed_distance(x, body, body_faces.astype(np.int64))[:3]
+    np.testing.assert_allclose(s.contact.distance, expected, atol=1e-12)
+    mine = np.einsum("nk,nkc->nc", s.contact.bary, body[body_faces[s.contact.face]])
+    np.testing.assert_allclose(mine, closest, atol=1e-9)
+
+
+def test_gather_lists_hold_every_spring_twice() -> None:
+    vertices, faces = sheet(5, 4, 0.01)
+    constants = {
+        name: np.full(20, getattr(PLAIN, name))
+        for name in ("density", "stretch_stiffness", "bend_stiffness", "stretch_limit", "stiffening", "damping")
+    }
+    s = Springs(vertices, faces, **constants)
+    for i in range(20):
+        rows = slice(s.start[i], s.start[i + 1])
+        for j, e in zip(s.neighbour[rows], s.spring[rows]):
+            assert sorted((i, j)) == list(s.edges[e])
+    assert s.start[-1] == 2 * len(s.edges) == 2 * len(unique_edges(faces)[0])
+    assert s.mass.sum() == pytest.approx(0.04 * 0.03 * PLAIN.density)
+
+
+def test_measure_finds_what_is_wrong() -> None:
+    body, body_faces = ball(0.1, 3)
+    x = np.array([[[0.0, 0, 0.11], [0.01, 0, 0.11], [0, 0.01, 0.11]]] * 3)
+    x[1, 0, 2] = 0.095
+    edges = np.array([[0, 1], [0, 2]])
+    figures = measure(x, edges, np.array([0.01, 0.008]), lambda k: body, body_faces)
+    assert figures["max_penetration_m"] == pytest.approx(0.005, abs=2e-4)
+    assert figures["share_over_10_percent"] == 1.0
+
+
+def test_scene_file_program(tmp_path: Path) -> None:
+    vertices, faces = sheet(5, 5, 0.02)
+    np.savez(
+        tmp_path / "s.npz", fps=30, frames=2, cloth_v=vertices, cloth_f=faces, body_v=np.zeros((0, 0, 3)),
+        body_f=np.zeros((0, 3), int), pins=np.array([0, 4]), pin_pos=np.repeat(vertices[None, [0, 4]], 3, axis=0),
+    )  # fmt: skip
+    command = [sys.executable, "-m", "stages.simulate", "scene", str(tmp_path / "s.npz"), "--out", str(tmp_path / "o")]
+    run = subprocess.run([*command[:-1], str(tmp_path / "o.npz")], capture_output=True, text=True, timeout=120)
+    assert run.returncode == 0, run.stderr
+    assert json.loads(run.stdout.splitlines()[-1])["steps"] >= 8
+    x = np.load(tmp_path / "o.npz")["x"]
+    assert x.shape == (3, 25, 3)
+    np.testing.assert_allclose(x[:, [0, 4]], vertices[[0, 4]][None].repeat(3, 0), atol=1e-6)
+    assert x[-1, :, 2].min() < -0.01
+
+
+def test_scene_file_that_lacks_arrays(tmp_path: Path) -> None:
+    np.savez(tmp_path / "s.npz", fps=30)
+    with pytest.raises(DataError, match=r"scene lacks .*cloth_f"):
+        read_scene(tmp_path / "s.npz")
+    (tmp_path / "t.npz").write_bytes(b"not a zip")
+    with pytest.raises(DataError, match="not a readable"):
+        read_scene(tmp_path / "t.npz")

@@ -1,0 +1,47 @@
+"""The way into the sequence: continuous, no faster than asked, ending with the sequence's own motion."""
+
+import numpy as np
+
+from model.body import REST_POSE, load_free_body
+from stages.simulate.transition import Transition, blend_poses, make_transition
+
+FPS = 30.0
+
+
+def _walk_in(frames: int = 4, speed: float = 1.2) -> tuple[Transition, np.ndarray, np.ndarray]:
+    model = load_free_body("female")
+    pose = np.repeat(np.array(REST_POSE, float)[None], frames, axis=0)
+    pose[:, 16, 2], pose[:, 17, 2] = -1.1, 1.1  # arms down
+    pose[:, 1, 0] = 0.3 + 0.05 * np.arange(frames)
+    trans = np.array([2.0, -1.0, 0.9]) + np.arange(frames)[:, None] * np.array([0.0, -speed / FPS, 0.0])
+    betas, tight = np.zeros(10), np.zeros(10)
+    tight[:2] = 0.5
+    way = make_transition(
+        model.pose, REST_POSE, tight, betas, pose, trans,
+        fps=FPS, shape_speed=0.3, pose_speed=1.5, run_up=0.25, settle_frames=5,
+    )  # fmt: skip
+    return way, model.pose(betas, pose, trans), model.pose(tight, REST_POSE[None], np.zeros((1, 3)))[0]
+
+
+def test_starts_on_the_body_of_the_outfit() -> None:
+    way, _, rest = _walk_in()
+    np.testing.assert_allclose(way.vertices[0], rest @ way.turn.T + way.shift, atol=1e-5)
+    assert len(way.vertices) == way.shape_frames + way.settle_frames + way.pose_frames
+
+
+def test_enters_the_sequence_at_its_velocity() -> None:
+    way, sequence, _ = _walk_in()
+    x = np.concatenate([way.vertices, sequence])
+    v = np.diff(x, axis=0) * FPS
+    k = len(way.vertices)
+    assert np.abs(v[k]).max() > 1.0, "the sequence must move"
+    assert np.linalg.norm(v[k] - v[k - 1], axis=1).max() < 0.25
+    # Relative to the root, whose run-up is the sequence's own, nothing is much faster than asked.
+    assert np.linalg.norm(v[: k - way.pose_frames], axis=2).max() < 0.35
+    assert np.linalg.norm(v[:k], axis=2).max() < 1.5 + 1.2 + 0.5
+
+
+def test_poses_are_blended_the_short_way() -> None:
+    a, b = np.zeros((1, 3)), np.array([[[0.0, 0.0, np.pi * 1.5]]])
+    half = blend_poses(a, b, np.array([0.5]))
+    np.testing.assert_allclose(half[0, 0], [0, 0, -np.pi / 4], atol=1e-12)
