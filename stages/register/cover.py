@@ -7,7 +7,7 @@ import igl
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from model.mesh.geometry import vertex_normals
+from model.mesh.geometry import area_vectors, vertex_normals
 from model.mesh.topology import border_vertices, component_labels, edge_list
 from stages.register.target import Target
 from stages.register.untangle import untangle
@@ -17,6 +17,9 @@ Mask = NDArray[np.bool_]
 
 SMALL_HOLE = 0.02
 """Bare regions inside the garment below this share of the layer's vertices are gaps in the matching, not openings."""
+
+EAR = 0.05
+"""A covered face below this share of the median area is one without area."""
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -70,6 +73,9 @@ def cover(fitted: ArrayLike, faces: ArrayLike, target: Target, tolerance: float)
     index = np.where(on_border, target.border_faces[border_index], hits.faces)
     place = np.where(on_border[:, None], border_points, hits.points)
     covered = triangles[mask[triangles].all(axis=1)]
+    mask &= ~_ears(place, covered, target.normals[index], on_border & ~inside)
+    covered = triangles[mask[triangles].all(axis=1)]
+    mask &= np.isin(np.arange(len(points)), covered)
     place, index = untangle(place, index, on_border, covered, target)
     barycentric = np.zeros((len(points), 3), dtype=np.float32)
     barycentric[mask] = _weights(place[mask], target.vertices[target.faces[index[mask]]])
@@ -115,6 +121,18 @@ def _snap(inside: Mask, edges: NDArray[np.int64], border_distance: Array) -> Mas
                 links[other].discard(vertex)
             links[vertex] = set()
     return snapped
+
+
+def _ears(place: Array, covered: NDArray[np.int64], normals: Array, outside: Mask) -> Mask:
+    """Vertices moved onto a border from outside that hold one face alone, without area or turned over, shape [N].
+
+    Three points of a border span such a face where it runs straight or bends inwards.
+    """
+    signed = 0.5 * (area_vectors(place, covered) * normals[covered].mean(axis=1)).sum(axis=1)
+    held = np.bincount(covered.reshape(-1), minlength=len(place))
+    flat = np.zeros(len(place), dtype=bool)
+    flat[covered[signed < EAR * np.median(signed)]] = True
+    return outside & flat & (held == 1)
 
 
 def _weights(points: Array, corners: Array) -> NDArray[np.float32]:

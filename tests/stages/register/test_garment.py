@@ -46,7 +46,7 @@ def test_error_is_below_the_bar(results: dict[str, tuple[Made, str, Registration
     assert quality.error_p95_m < 1.5e-3
     assert quality.coverage > 0.995
     assert quality.longest_edge_m < 0.06
-    assert quality.turned_faces <= 3
+    assert quality.turned_faces == 0
 
 
 @pytest.mark.parametrize("name", ["tshirt", "skirt", "trousers"])
