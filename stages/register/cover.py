@@ -59,6 +59,9 @@ def cover(fitted: ArrayLike, faces: ArrayLike, target: Target, tolerance: float)
     edges = edge_list(triangles)
     inside = (hits.faces < target.garment_faces) & (hits.distance < tolerance) & alike
     inside = _tidy(inside, edges, border_vertices(triangles, len(points)))
+    if not inside.any():
+        nothing = np.full(len(points), -1, dtype=np.int32)
+        return Cover(mask=inside, face=nothing, barycentric=np.zeros((len(points), 3), dtype=np.float32))
     border_distance, border_index, border_points = igl.point_mesh_squared_distance(
         hits.points, target.vertices, target.border_edges
     )

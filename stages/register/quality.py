@@ -56,10 +56,12 @@ def measure(
         samples: Number of points.
 
     Returns:
-        The figures.
+        The figures; infinite errors and no coverage if nothing was registered.
     """
     points, triangles = np.asarray(registered, dtype=np.float64), np.asarray(layer_faces, dtype=np.int64)
     surface = np.ascontiguousarray(triangles[np.asarray(mask)[triangles].all(axis=1)])
+    if len(surface) == 0:
+        return Quality(error_mean_m=np.inf, error_p95_m=np.inf, coverage=0.0, longest_edge_m=0.0, turned_faces=0)
     queries = _sample(np.asarray(garment, dtype=np.float64), np.asarray(garment_faces), samples, rng)
     distance = np.sqrt(igl.point_mesh_squared_distance(queries, points, surface)[0])
     normals = area_vectors(garment, garment_faces)[np.asarray(face)[surface]].sum(axis=1)

@@ -41,7 +41,7 @@ def run(task: Task, progress: Progress) -> dict[str, Any]:
         if quality.coverage < config.min_coverage:
             raise DataError(
                 f"{task.item}: the registered {name} covers {quality.coverage:.3f} of the garment, min_coverage is "
-                f"{config.min_coverage}; raise [register] reach or lower min_coverage, or leave the outfit out"
+                f"{config.min_coverage}; its faces must turn outwards; raise [register] reach, or leave the outfit out"
             )
         arrays[f"garments/{name}/face"] = result.cover.face
         arrays[f"garments/{name}/barycentric"] = result.cover.barycentric

@@ -68,7 +68,10 @@ def test_cover_of_a_disk_ends_on_its_circle(disk: tuple[np.ndarray, np.ndarray])
 def test_a_far_or_opposed_garment_covers_nothing(disk: tuple[np.ndarray, np.ndarray]) -> None:
     layer, faces = sheet(61, 0.6)
     target = Target(*disk)
-    assert not cover(layer + np.array([0, 0, 0.03]), faces, target, 0.02).mask.any()
+    away = cover(layer + np.array([0, 0, 0.03]), faces, target, 0.02)
+    assert not away.mask.any() and (away.face == -1).all()
+    quality = measure(*disk, 0 * layer, faces, away.mask, away.face, np.random.default_rng(0))
+    assert quality.coverage == 0.0 and np.isinf(quality.error_mean_m)
     assert not cover(layer + np.array([0, 0, 0.001]), faces[:, ::-1], target, 0.02).mask.any()
 
 

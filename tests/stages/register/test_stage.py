@@ -145,6 +145,19 @@ def test_too_little_coverage_is_the_datas_fault(shards: Path) -> None:
         stages.register.stage.run(task(shards, "register", REGISTER.needs, min_coverage=1.0, reach=0.01), quiet)
 
 
+def test_a_garment_inside_out_is_rejected(shards: Path, tmp_path: Path) -> None:
+    outfit = store.read(shards / "outfit.h5", "outfit", KEY["outfit"])
+    arrays = {name: outfit[name] for name in outfit}
+    arrays["garments/skirt/faces"] = arrays["garments/skirt/faces"][:, ::-1]
+    store.publish(tmp_path / "outfit.h5", "outfit", KEY["outfit"], arrays, outfit.attrs)
+    job = task(shards, "register", REGISTER.needs)
+    job.inputs["outfit"]["a"]["path"] = str(tmp_path / "outfit.h5")  # type: ignore[index]
+    with pytest.raises(
+        DataError, match=r"a: the registered skirt covers 0\.\d+ of the garment.*faces must turn outwards"
+    ):
+        stages.register.stage.run(job, quiet)
+
+
 def test_shards_of_different_outfits_do_not_mix(registered: Path, tmp_path: Path) -> None:
     outfit = store.read(registered / "outfit.h5", "outfit", KEY["outfit"])
     arrays = {name: outfit[name] for name in outfit}
