@@ -11,6 +11,7 @@ import matplotlib
 
 matplotlib.use("Agg")
 import matplotlib.pyplot as plt
+from matplotlib.ticker import MaxNLocator
 
 # Stand-ins that become CSS: the page is read in the light and in the dark.
 INK, FAINT = "#010203", "#040506"
@@ -32,8 +33,9 @@ def loss_curves(curves: Mapping[str, tuple[Sequence[float], Sequence[float]]]) -
     with matplotlib.rc_context(settings):
         figure, axes = plt.subplots(figsize=(7.2, 2.6))
         for (name, (epochs, losses)), colour in zip(curves.items(), CURVES * len(curves)):
-            axes.plot(epochs, losses, color=colour, linewidth=1.6, label=name)
+            axes.plot(epochs, losses, color=colour, linewidth=1.6, label=name, marker="o" if len(epochs) == 1 else None)
         axes.set_yscale("log")
+        axes.xaxis.set_major_locator(MaxNLocator(integer=True))
         axes.set_xlabel("epoch", color=INK)
         axes.set_ylabel("loss", color=INK)
         axes.tick_params(colors=INK, which="both", length=3)

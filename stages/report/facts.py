@@ -12,15 +12,16 @@ from stages.report.config import ReportConfig
 from stages.report.gather import Person
 from stages.report.quality import Figures, measure
 
-# What the columns of the metrics table are called, in their order; other numbers follow under their own names.
+# Columns of the metrics table in their order, with their formats; other numbers follow under their own names.
 COLUMNS = {
-    "surface_mm": "surface [mm]",
-    "normals_rad": "normals [rad]",
-    "mask_iou": "mask IoU",
-    "inside_share": "inside the body",
-    "kl": "KL",
-    "kl_per_dimension": "KL per dimension",
+    "surface_mm": ("surface [mm]", "{:.2f}"),
+    "surface_mm_by_category": ("by category [mm]", "{:.2f}"),
+    "normals_rad": ("normals [rad]", "{:.3f}"),
+    "mask_iou": ("mask IoU", "{:.3f}"),
+    "inside_share": ("inside the body", "{:.2%}"),
+    "kl": ("KL", "{:.1f}"),
 }
+HIDDEN = ("items", "kl_per_dimension")
 
 # The solver's own figures: label, scale and unit; others go by their own names.
 SOLVER = {
@@ -129,27 +130,35 @@ def metric_tables(rows: Sequence[Mapping[str, Any]]) -> list[Table]:
     tables = []
     for kind in dict.fromkeys(str(row["set"]) for row in rows):
         chosen = [row for row in rows if str(row["set"]) == kind]
-        extra = [k for row in chosen for k, v in row.items() if _is_number(v) and k not in COLUMNS and k != "items"]
-        names = [k for k in (*COLUMNS, *dict.fromkeys(extra)) if any(_is_number(row.get(k)) for row in chosen)]
-        cells = [[number(float(row[k])) if _is_number(row.get(k)) else "–" for k in names] for row in chosen]
+        extra = dict.fromkeys(k for row in chosen for k, v in row.items() if _is_number(v) and k not in HIDDEN)
+        names = [k for k in dict.fromkeys((*COLUMNS, *extra)) if any(_is_number(row.get(k)) for row in chosen)]
+        cells = [[_cell(k, row.get(k)) for k in names] for row in chosen]
         best = set()
         for j, name in enumerate(names):
-            values = {i: float(row[name]) for i, row in enumerate(chosen) if _is_number(row.get(name))}
-            if not name.startswith("kl") and len(values) > 1:
+            values = {i: cells[i][j] for i, row in enumerate(chosen) if _is_number(row.get(name))}
+            if name != "kl" and len(values) > 1:
                 pick = max if name == "mask_iou" else min
-                best |= {(i, j + 1) for i, value in values.items() if value == pick(values.values())}
+                winner = cells[pick(values, key=lambda i: float(chosen[i][name]))][j]
+                # Equal to the digits shown is as good.
+                best |= {(i, j + 1) for i, text in values.items() if text == winner}
         held_out = all(row.get("held_out", False) for row in chosen)
-        items = f"{chosen[0]['items']} " if "items" in chosen[0] else ""
-        where = f"{items}held-out items" if held_out else f"{items}training items: none was held out"
+        samples = f"{chosen[0]['items']} " if "items" in chosen[0] else ""
+        where = f"{samples}held-out samples" if held_out else f"{samples}training samples: none was held out"
         tables.append(
             Table(
                 title=f"{kind}: {where}",
-                header=["model", *(COLUMNS.get(k, k.replace("_", " ")) for k in names)],
+                header=["model", *(COLUMNS[k][0] if k in COLUMNS else k.replace("_", " ") for k in names)],
                 rows=[[str(row["model"]), *line] for row, line in zip(chosen, cells)],
                 best=best,
             )
         )
     return tables
+
+
+def _cell(name: str, value: Any) -> str:
+    if not _is_number(value):
+        return "–"
+    return COLUMNS[name][1].format(value) if name in COLUMNS else number(float(value))
 
 
 def loss_series(losses: Mapping[str, Mapping[str, Sequence[float]]]) -> dict[str, tuple[list[float], list[float]]]:

@@ -91,7 +91,7 @@ def test_metric_tables_mark_the_winner_of_each_column():
     ]
     static, sequence = metric_tables(rows)
     assert static.header == ["model", "surface [mm]", "mask IoU", "KL"]
-    assert static.rows == [["SVAE", "8", "0.9", "3"], ["mean", "14", "0.95", "–"]]
+    assert static.rows == [["SVAE", "8.00", "0.900", "3.0"], ["mean", "14.00", "0.950", "–"]]
     assert static.best == {(0, 1), (1, 2)}
     assert "12 held-out" in static.title
     assert "none was held out" in sequence.title
