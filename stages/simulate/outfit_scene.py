@@ -101,6 +101,7 @@ def dress(
         body_frames=before + len(vertices),
         frames=before + len(vertices) - 1,
         record=before,
+        ease_in=way.shape_frames + way.settle_frames,
         fps=fps,
     )
     return scene, way

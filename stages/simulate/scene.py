@@ -50,6 +50,7 @@ class Scene:
         start: First positions [m], shape [N, 3], all garments in turn.
         body_faces: Shape [F, 3]; body: body vertices of frame k; body_frames: How many there are.
         frames: Frames to simulate after frame 0; record: First frame whose positions are returned.
+        ease_in: Frames in which elastics tighten from their length in the garment to their own, in thick air.
         fps: Frames a second.
         pins: Vertices that follow pin_goal(time [s]) -> [K, 3].
         wind: Velocity of the air [m/s].
@@ -62,6 +63,7 @@ class Scene:
     body_frames: int
     frames: int
     record: int = 0
+    ease_in: int = 0
     fps: float = 30.0
     pins: np.ndarray = field(default_factory=lambda: np.zeros(0, np.int64))
     pin_goal: Callable[[float], np.ndarray] | None = None

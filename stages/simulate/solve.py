@@ -136,6 +136,18 @@ def fastest_pass(stepper: Stepper, frame: int) -> float:
     return float(relative[near].max(initial=0.0))
 
 
+AIR = 20.0
+"""How many times thicker the air is when a scene begins to ease in."""
+
+
+def ease_in(stepper: Stepper, scene: Scene, drag: np.ndarray, frame: int) -> None:
+    """Set elastics and air for `frame`, so that what was made slack comes to rest on the body without a jolt."""
+    s = min(1.0, frame / scene.ease_in) if scene.ease_in else 1.0
+    springs = stepper.springs
+    np.multiply(springs.length, 1 + s * (springs.rest_scale - 1), out=springs.rest_length)
+    np.multiply(drag, AIR + s * (1 - AIR), out=stepper.drag)
+
+
 def presentable(stepper: Stepper) -> np.ndarray:
     """Positions (N, 3) [m] to record, nowhere inside the body; the simulation goes on from its own."""
     clock, x = perf_counter(), stepper.x.copy()
@@ -153,8 +165,11 @@ def solve(scene: Scene, config: SimulateConfig, progress: Callable[[int, int], N
     """
     stepper = make_stepper(scene, config)
     recorded = [stepper.x.copy()] if scene.record == 0 else []
+    drag = stepper.drag.copy()
     for frame in range(1, scene.frames + 1):
         clock = perf_counter()
+        if frame <= scene.ease_in + 1:
+            ease_in(stepper, scene, drag, frame)
         # Twice the speed at the frame's start: cloth that falls onto a body speeds up within the frame.
         stepper.fastest = 2 * fastest_pass(stepper, frame)
         dt = min(config.dt, 2 * config.travel / max(stepper.fastest, 1e-9))

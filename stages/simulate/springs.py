@@ -99,7 +99,8 @@ class Springs:
     Attributes:
         mass: Lumped mass [kg], shape [N].
         area: A third of the adjacent faces' area [m^2], shape [N].
-        edges: Shape [E, 2]; rest_length [m], stiffness [N/m], limit, stiffening, damping [s], each [E].
+        edges: Shape [E, 2]; length [m] in the garment as made, rest_scale, and rest_length [m] in force; stiffness
+            [N/m], limit, stiffening, damping [s], each [E].
         start, neighbour, spring: The gather lists over `edges`.
         edge_bend: Bending coefficient q_ij of each edge [N/m], shape [E].
         bend_start, bend_neighbour, bend: Gather lists over the bending pairs that aren't edges, with q_ij [N/m] for
@@ -145,7 +146,8 @@ class Springs:
         area = np.maximum(edge_area, 0.1 * np.sqrt(3) / 2 * length**2)
         self.edges = edges
         self.stiffness = mean(stretch_stiffness) * area / length**2
-        self.rest_length = length * (1.0 if rest_scale is None else rest_scale)
+        self.length, self.rest_scale = length, np.ones(len(edges)) if rest_scale is None else rest_scale
+        self.rest_length = self.length * self.rest_scale
         self.limit, self.stiffening, self.damping = mean(stretch_limit), mean(stiffening), mean(damping)
         self.start, self.neighbour, self.spring = gather_lists(edges, n)
         rows, q = bending_rows(vertices, faces, bend_stiffness)
