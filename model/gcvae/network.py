@@ -81,7 +81,7 @@ class Encoder(nn.Module):
         self.log_variance = nn.Linear(shape.hidden, shape.latent)
         # A narrow posterior at the start lets the decoder learn from z before the KL term widens it.
         nn.init.zeros_(self.log_variance.weight)
-        nn.init.constant_(self.log_variance.bias, -3.0)
+        nn.init.constant_(self.log_variance.bias, -5.0)
         self.carry = nn.Parameter(torch.eye(shape.modes, shape.latent))
 
     def forward(self, x: Tensor, topology: str) -> Encoded:

@@ -14,7 +14,7 @@ class NetworkConfig:
     widths: tuple[int, ...] = field(default=(16, 24, 32, 48, 64, 96), metadata={"ge": 1})
     """Features of a vertex at each of the six levels, finest first."""
 
-    latent: int = field(default=64, metadata={"ge": 1})
+    latent: int = field(default=128, metadata={"ge": 1})
     """Numbers in the latent code z (128 in the paper)."""
 
     middle: int = field(default=16, metadata={"ge": 1})
@@ -29,19 +29,19 @@ class NetworkConfig:
     node_bias: bool = True
     """Whether each vertex of the decoder has learned biases of its own."""
 
-    modes: int = field(default=32, metadata={"ge": 0})
+    modes: int = field(default=64, metadata={"ge": 0})
     """Principal modes of the linear path beside the graph layers; 0 for the paper's network."""
 
-    epochs: int = field(default=60, metadata={"ge": 1})
+    epochs: int = field(default=16, metadata={"ge": 1})
     """Passes over the training samples."""
 
     batch: int = field(default=8, metadata={"ge": 1})
     """Samples of one optimiser step."""
 
-    learning_rate: float = field(default=2e-3, metadata={"gt": 0.0})
+    learning_rate: float = field(default=1e-3, metadata={"gt": 0.0})
     """Peak rate of AdamW; it falls to zero along a cosine."""
 
-    weight_decay: float = field(default=1e-4, metadata={"ge": 0.0})
+    weight_decay: float = field(default=0.05, metadata={"ge": 0.0})
     """Decay of AdamW."""
 
     def __post_init__(self) -> None:
@@ -56,7 +56,7 @@ class TrainConfig:
     static: NetworkConfig = field(default_factory=NetworkConfig)
     """SVAE, the network of garments at rest."""
 
-    dynamic: NetworkConfig = field(default_factory=lambda: NetworkConfig(epochs=10, middle=32))
+    dynamic: NetworkConfig = field(default_factory=lambda: NetworkConfig(epochs=4, middle=32))
     """DVAE, the network of wrinkles in motion."""
 
     normals_weight: float = field(default=0.1, metadata={"ge": 0.0})
@@ -74,7 +74,7 @@ class TrainConfig:
     condition_weight: float = field(default=0.1, metadata={"ge": 0.0})
     """Weight of the regressed cvar^z."""
 
-    kl_weight: float = field(default=1e-3, metadata={"ge": 0.0})
+    kl_weight: float = field(default=1e-4, metadata={"ge": 0.0})
     """Weight of the KL divergence, summed over the latent code."""
 
     conditioning_steps: int = field(default=400, metadata={"ge": 1})

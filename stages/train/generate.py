@@ -95,7 +95,7 @@ def generate(
         positions = rest_to_pose(layer, betas, pose[None], TOPOLOGY[kind]).repose(beyond, at_rest)[0]
         vertices, faces = garment_mesh(positions, mask, layer.faces(TOPOLOGY[kind]))
         body = bodies[gender].pose(betas, pose[None])[0]
-        vertices, inside = lift_out(vertices, body, bodies[gender].faces)
+        vertices, inside = lift_out(vertices, faces, body, bodies[gender].faces)
         about: dict[str, Any] = {"type": kind, "gender": gender, "topology": TOPOLOGY[kind], "note": note}
         about |= {
             "lifted_share": inside,
