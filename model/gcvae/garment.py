@@ -17,8 +17,7 @@ from model.mesh.topology import (
     largest_component_faces,
 )
 
-# Holes and islands of the mask with fewer vertices than this are noise; the smallest true opening, a wrist or an ankle
-# of the layer, is at the layer's own border and not part of the mask's complement.
+# Islands and gaps of the mask with fewer vertices than this are noise.
 SMALLEST_PATCH = 60
 # Rounds of averaging the mask over neighbours; the layer's edges are 1 cm, so that these reach some 2 cm.
 MASK_ROUNDS = 6
@@ -33,7 +32,7 @@ LIFT_SPREAD = 4
 
 
 def clean_mask(mask: NDArray[np.bool_], faces: NDArray[np.integer]) -> NDArray[np.bool_]:
-    """The mask (N,) with an even border, its small holes filled and its small islands removed.
+    """The mask (N,) with an even border, its holes filled and its small islands removed.
 
     Averaging over the neighbours and taking the majority evens out the border and closes thin gaps.
     """
@@ -43,11 +42,16 @@ def clean_mask(mask: NDArray[np.bool_], faces: NDArray[np.integer]) -> NDArray[n
     for _ in range(MASK_ROUNDS):
         share = average @ share
     cleaned = share >= 0.5
+    opening = np.zeros(len(mask), bool)
+    opening[border_halfedges(faces)] = True
     for value in (False, True):
         inner = edges[(cleaned[edges] == value).all(axis=1)]
         labels = component_labels(inner, len(mask))
-        small = np.bincount(labels)[labels] < SMALLEST_PATCH
-        cleaned[small & (cleaned == value)] = not value
+        drop = np.bincount(labels) < SMALLEST_PATCH
+        if not value:
+            # Skin shows at neck, arms and legs, all of which lead to a border of the layer; anything else is a hole.
+            drop |= np.bincount(labels, opening) == 0
+        cleaned[drop[labels] & (cleaned == value)] = not value
     return cleaned
 
 

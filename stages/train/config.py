@@ -98,5 +98,8 @@ class TrainConfig:
     latent_source: str = field(default="type", metadata={"choices": ("type", "prior")})
     """Where generated codes come from: a Gaussian fitted to each type's codes, or the prior N(0, I)."""
 
+    temperature: float = field(default=0.8, metadata={"ge": 0.0, "le": 2.0})
+    """Factor on the deviation of generated codes from their mean: below 1, fewer odd garments and less variety."""
+
     threads: int = field(default=0, metadata={"ge": 0, "le": 256})
     """Parts of a batch computed at once; 0 takes every core. The result doesn't depend on it."""

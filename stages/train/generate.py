@@ -79,11 +79,11 @@ def generate(
         gender, tightness = drawn[0].gender, drawn[1].tightness
         betas = np.array([record.betas[k] for k, record in enumerate(drawn[2:])])
         cvar = person_conditions(betas, gender, tightness)
-        kind, code, offsets, mask = _draw(static, cvar, index, config.latent_source, rng)
-        pose, theta = _draw_pose(records, config, rng)
+        kind, code, offsets, mask = _draw(static, cvar, index, config, rng)
+        pose, theta = _draw_pose(records, kind, config, rng)
         note = f"z ~ {'N(0, I)' if config.latent_source == 'prior' else 'the Gaussian of its type'}, sample {index}"
         if dynamic is not None and kind in dynamic.sampler.kinds:
-            wrinkles = dynamic.sampler.of_type(kind, rng)
+            wrinkles = dynamic.sampler.of_type(kind, config.temperature, rng)
             conditions = np.concatenate([cvar, code, theta])[None]
             trained = dynamic.trained
             beyond = decode(trained.network, trained.scales, wrinkles[None], conditions, TOPOLOGY[kind])[0][0]
@@ -116,19 +116,19 @@ def generate(
 
 
 def _draw(
-    static: Model, cvar: NDArray[np.float32], index: int, source: str, rng: np.random.Generator
+    static: Model, cvar: NDArray[np.float32], index: int, config: TrainConfig, rng: np.random.Generator
 ) -> tuple[str, NDArray[np.float32], NDArray[np.float32], NDArray[np.bool_]]:
     """Type, code (Z,), offsets [m] (N, 3) and mask (N,) of a garment; the last attempt stands whatever it covers."""
     sampler, trained = static.sampler, static.trained
     attempt = 0
     while True:
         attempt += 1
-        if source == "prior":
-            code = rng.standard_normal(sampler.means.shape[1:], np.float32)
+        if config.latent_source == "prior":
+            code = np.float32(config.temperature) * rng.standard_normal(sampler.means.shape[1:], np.float32)
             kind = sampler.nearest_type(code)
         else:
             kind = sampler.kinds[index % len(sampler.kinds)]
-            code = sampler.of_type(kind, rng)
+            code = sampler.of_type(kind, config.temperature, rng)
         offsets, masks = decode(trained.network, trained.scales, code[None], cvar[None], TOPOLOGY[kind])
         assert masks is not None, "SVAE predicts masks"
         if masks[0].mean() >= SMALLEST_GARMENT or attempt == ATTEMPTS:
@@ -136,10 +136,14 @@ def _draw(
 
 
 def _draw_pose(
-    records: Sequence[Record], config: TrainConfig, rng: np.random.Generator
+    records: Sequence[Record], kind: str, config: TrainConfig, rng: np.random.Generator
 ) -> tuple[NDArray[np.float64], NDArray[np.float32]]:
-    """A pose (24, 3) facing -y and theta that belongs to it; the rest pose if nothing moves."""
+    """A pose (24, 3) facing -y and theta that belongs to it; the rest pose if nothing moves.
+
+    It is one that the type was seen in, if there is any: DVAE knows no other wrinkles of it.
+    """
     moving = [record for record in records if record.sequence]
+    moving = [record for record in moving if kind in {worn.kind for worn in record.garments}] or moving
     if not moving:
         pose = np.array(REST_POSE, np.float64)
         return pose, np.tile(pose.reshape(-1), config.frames).astype(np.float32)

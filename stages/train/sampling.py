@@ -42,13 +42,13 @@ class CodeSampler:
             noises=np.stack([np.exp(log_variance[r]).mean(axis=0) for r in rows]),
         )
 
-    def of_type(self, kind: str, rng: np.random.Generator) -> NDArray[np.float32]:
-        """A code (Z,) of type `kind`."""
+    def of_type(self, kind: str, temperature: float, rng: np.random.Generator) -> NDArray[np.float32]:
+        """A code (Z,) of type `kind`, its deviation from the type's mean times `temperature`."""
         k = self.kinds.index(kind)
         factor = self.factors[k]
         spread = rng.standard_normal(len(factor)) @ factor
         noise = np.sqrt(self.noises[k]) * rng.standard_normal(len(spread))
-        return np.asarray(self.means[k] + spread + noise, np.float32)
+        return np.asarray(self.means[k] + temperature * (spread + noise), np.float32)
 
     def nearest_type(self, code: NDArray[np.float32]) -> str:
         """The type whose mean code is closest to `code` (Z,): it tells which topology decodes a code of the prior."""

@@ -23,6 +23,14 @@ def test_speckle_goes_and_the_garment_stays(sphere: Mesh) -> None:
     assert np.array_equal(clean_mask(noisy, faces), garment)
 
 
+def test_a_hole_of_any_size_is_filled_but_no_opening(sphere: Mesh) -> None:
+    vertices, faces = sphere
+    garment = vertices[:, 2] < 0.7  # the opening above leads to the sphere's border
+    torn = garment & (np.linalg.norm(vertices - [1.0, 0.0, 0.0], axis=1) > 0.5)
+    assert (garment & ~torn).sum() > 60
+    assert np.array_equal(clean_mask(torn, faces), garment)
+
+
 def test_the_mesh_is_one_piece_of_the_layer(sphere: Mesh) -> None:
     vertices, faces = sphere
     mask = (vertices[:, 2] > 0.4) | (vertices[:, 2] < -0.6)
