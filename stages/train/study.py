@@ -102,7 +102,9 @@ def conduct(
             )  # fmt: skip
             networks["dvae"] = dynamic
             seen = _test_rows(samples.train, np.ones(len(samples), bool))
-            rows += _judge(dynamic, _chosen(samples, seen), "sequence", scores, config, mesh)
+            by_frame = all(record.train for record in moving)
+            name = "sequence, last fifth of the frames" if by_frame else "sequence"
+            rows += _judge(dynamic, _chosen(samples, seen), name, scores, config, mesh)
             models[1] = _model(dynamic, _chosen(samples, samples.train))
     people = [record for record in records if record.train]
     assert models[0] is not None
