@@ -43,12 +43,14 @@ class SimulateConfig:
     """Whether cloth collides with cloth."""
     thickness: float = field(default=0.002, metadata={"gt": 0.0, "le": 0.02})
     """Distance that layers of cloth keep from each other [m], at most a third of an edge."""
+    pair_damping: float = field(default=5.0e-3, metadata={"ge": 0.0, "le": 1.0})
+    """Damping of cloth against cloth, over its contact stiffness [s]."""
     pair_slack: float = field(default=0.003, metadata={"gt": 0.0, "le": 0.05})
-    """Least distance beyond `thickness` to look for pairs of cloth [m]; up to four times it where cloth is fast."""
-    pair_every: int = field(default=2, metadata={"ge": 1, "le": 100})
-    """Steps for which pairs of cloth are kept before they are looked for again."""
+    """Least distance beyond `thickness` to look for pairs of cloth [m]; up to half an edge where cloth is fast."""
+    pair_every: int = field(default=4, metadata={"ge": 1, "le": 100})
+    """Most steps for which pairs of cloth are kept before they are looked for again."""
     untangle: float = field(default=0.01, metadata={"ge": 0.0, "le": 0.1})
-    """Depth up to which garments that have passed each other are put back in the order of their layers [m]."""
+    """Depth up to which garments that start through each other are put in the order of their layers [m]."""
     waist_stiffness: float = field(default=5.0e4, metadata={"ge": 0.0, "le": 1e8})
     """Pull of a waistband towards the skin it was put on, per area and distance [N/m^3]."""
     shape_speed: float = field(default=0.3, metadata={"gt": 0.0, "le": 10.0})

@@ -245,7 +245,9 @@ def write_pairs(
             if layer[a] != layer[c]:
                 n1 = vec(vertex_normal, a) + vec(vertex_normal, b)
                 n2 = vec(vertex_normal, c) + vec(vertex_normal, d)
-                if n1.dot(n2) > 0.8:
+                # Only edges one above the other say something of the order of the layers, not those side by side.
+                above = ti.abs(w.dot(n1 + n2)) > 0.7 * w.norm() * (n1 + n2).norm()
+                if n1.dot(n2) > 0.8 and above:
                     w = n1 + n2
                     if layer[a] < layer[c]:
                         w = -w
@@ -281,6 +283,8 @@ def pair_state(x: Value, vertices: Value, o: Value, faces_first: Value, side: Va
         n = m / ti.max(size, 1e-20)
         # Nearly parallel edges have no reliable normal; their ends' faces see to them.
         inside = s > 0 and s < 1 and t > 0 and t < 1 and size > 0.05 * u.norm() * v.norm()
+        # Edges that have turned too far since they were found have no side any more, until they are found again.
+        inside = inside and ti.abs(n.dot(ref)) > 0.5
     if n.dot(ref) < 0:
         n = -n
     z = w[0] * vec(x, a) + w[1] * vec(x, b) + w[2] * vec(x, c) + w[3] * vec(x, d)
@@ -302,6 +306,7 @@ def press_pairs(
     area: Array,
     friction: Array,
     stiffness: Real,
+    viscous: Real,
     # outputs
     active: Array,
     weights: Array,
@@ -310,7 +315,8 @@ def press_pairs(
 ) -> None:
     """Force on the first part of every pair nearer than its gap, and its stiffness a I + w w^T.
 
-    E = k/2 (gap - d)^2; friction mu k (gap - d) against the slip of the step, at most half the normal stiffness.
+    E = k/2 (gap - d)^2, damped by `viscous` times k a move apart or together, but never pulling; friction mu times that
+    against the slip of the step, at most half the normal stiffness.
     """
     for o in range(total):
         q = pair_state(x, vertices, o, faces_first, side)
@@ -328,10 +334,17 @@ def press_pairs(
                 mu += 0.25 * friction[v]
                 weights[o, c] = q[c]
                 slip += q[c] * (vec(x, v) - vec(x_start, v))
-            slip -= n * n.dot(slip)
+            parting = n.dot(slip)
+            slip -= n * parting
             k = stiffness * patch
-            load = k * ti.min(missing, 2.0 * gap[o])
-            hold = ti.min(0.5 * k, mu * load / ti.max(slip.norm(), 1e-9))
+            # What has crossed is put back by moving it, see `part_pairs`: a force as large as its depth would fling it.
+            load = k * ti.min(missing, gap[o]) - viscous * k * parting
+            if load <= 0:
+                load = 0.0
+                k *= 0.01
+            else:
+                k *= 1.0 + viscous
+            hold = ti.min(0.5 * stiffness * patch, mu * load / ti.max(slip.norm(), 1e-9))
             f = load * n - hold * slip
             put(force, o, f)
             r = ti.sqrt(ti.max(k - hold, 0.0)) * n

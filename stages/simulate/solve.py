@@ -105,6 +105,7 @@ def make_stepper(scene: Scene, config: SimulateConfig) -> Stepper:
             slack=config.pair_slack,
             untangle=config.untangle,
             stiffness=config.contact_stiffness,
+            damping=config.pair_damping,
             every=config.pair_every,
             dtype=np.float32 if config.precision == "f32" else np.float64,
         )
@@ -141,11 +142,16 @@ AIR = 20.0
 
 
 def ease_in(stepper: Stepper, scene: Scene, drag: np.ndarray, frame: int) -> None:
-    """Set elastics and air for `frame`, so that what was made slack comes to rest on the body without a jolt."""
+    """Set elastics and air for `frame`, so that what was made slack comes to rest on the body without a jolt.
+
+    Garments that were made through each other are put in order in that time, from further than later.
+    """
     s = min(1.0, frame / scene.ease_in) if scene.ease_in else 1.0
     springs = stepper.springs
     np.multiply(springs.length, 1 + s * (springs.rest_scale - 1), out=springs.rest_length)
     np.multiply(drag, AIR + s * (1 - AIR), out=stepper.drag)
+    if stepper.pairs is not None and frame > scene.ease_in:
+        stepper.pairs.untangle = 0.0
 
 
 def presentable(stepper: Stepper) -> np.ndarray:

@@ -150,7 +150,7 @@ class Stepper:
             self.contact.evaluate(x, self.x, dt)
             clock = self.report.clock("contact", clock)
             if self.pairs is not None:
-                self.pairs.evaluate(x, self.x, self.contact.force, self.pair_block)
+                self.pairs.evaluate(x, self.x, dt, self.contact.force, self.pair_block)
                 clock = self.report.clock("pairs", clock)
             self._assemble(x, h)
             clock = self.report.clock("assembly", clock)
@@ -256,7 +256,7 @@ class Stepper:
         clock = perf_counter()
         np.copyto(spare, x)
         if self.pairs is not None:
-            self.pairs.part(x, self.fixed, 2)
+            self.pairs.part(spare, x, self.fixed, 3)
             clock = r.clock("pairs", clock)
         least, moved = self.contact.lift(x, self.fixed, c.floor)
         # Shorter steps cure what moved through the skin; they can't help cloth shut in where the body overlaps itself.

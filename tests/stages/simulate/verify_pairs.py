@@ -51,10 +51,10 @@ def test_falling_sheet_is_caught_by_the_other() -> None:
 
 
 def test_entangled_garments_are_put_in_order() -> None:
-    # The outer sheet starts 3 mm below the inner one on half its width; no gravity; the layers must come apart.
+    # The outer sheet starts tilted through the inner one, 3.6 mm deep at its border; no gravity.
     vertices, faces = sheet(13, 13, 0.02)
     outer = vertices + np.array([0.004, 0.003, 0.0])
-    outer[:, 2] += 0.003 * np.sign(vertices[:, 0] - 0.119)
+    outer[:, 2] += 0.03 * (vertices[:, 0] - 0.119)
     one = scene(
         garment(vertices, faces, name="inner"),
         garment(vertices, faces, name="outer"),
@@ -65,7 +65,10 @@ def test_entangled_garments_are_put_in_order() -> None:
     assert _crossings(one.start, both) > 0
     x = solve(one, SimulateConfig(threads=1, gravity=0.0)).x[-1]
     assert _crossings(x, both) == 0
-    assert (x[169:, 2] - x[:169, 2]).min() > 0
+    apart = x[169:, 2] - x[:169, 2]
+    assert apart.min() > 0
+    # Without air or damping what little they push each other with is never lost: 1 m/s for a third of a second.
+    assert apart.max() < 0.3, "they must not be flung apart"
 
 
 def test_pair_forces_keep_momentum() -> None:
