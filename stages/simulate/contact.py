@@ -56,13 +56,17 @@ class BodyContact:
             return
         b, g = self.body, self.grid
         widest = float(b.piece_radius.max())
-        g.fill(b.piece_centre, max(reach + widest, 1e-3), x.min(0) - reach - widest, x.max(0) + reach + widest)
+        g.fill(
+            b.piece_centre,
+            b.piece_radius,
+            max(reach + widest, 1e-3),
+            x.min(0) - reach - widest,
+            x.max(0) + reach + widest,
+        )
         while True:
             find_candidates(
                 x,
                 b.piece_face,
-                b.piece_centre,
-                b.piece_radius,
                 reach,
                 widest,
                 g.lo,
@@ -70,6 +74,7 @@ class BodyContact:
                 g.dims,
                 g.first,
                 g.items,
+                g.balls,
                 self.count,
                 self.found,
             )

@@ -11,8 +11,6 @@ from stages.simulate.kernels import BLOCKS, Array, Real, Value, inline, kernel, 
 def find_candidates(
     x: Array,
     piece_face: Array,
-    centre: Array,
-    radius: Array,
     reach: Real,
     widest: Real,
     lo: Array,
@@ -20,6 +18,7 @@ def find_candidates(
     dims: Array,
     first: Array,
     items: Array,
+    balls: Array,
     # outputs
     count: Array,
     found: Array,
@@ -37,11 +36,10 @@ def find_candidates(
             for cy in range(a[1], b[1] + 1):
                 row = (cz * dims[1] + cy) * dims[0]
                 for k in range(first[row + a[0]], first[row + b[0] + 1]):
-                    piece = items[k]
-                    d = vec(centre, piece) - p
-                    far = reach + radius[piece]
+                    d = vec(balls, k) - p
+                    far = reach + balls[k, 3]
                     if d.norm_sqr() < far * far:
-                        f = piece_face[piece]
+                        f = piece_face[items[k]]
                         known = False
                         for m in range(ti.min(n, found.shape[1])):
                             known = known or found[i, m] == f

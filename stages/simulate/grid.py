@@ -47,21 +47,41 @@ def sort_into_cells(
             first[cell[i] + 1] = k + 1
 
 
+@kernel
+def copy_balls(
+    points: Array,
+    radius: Array,
+    items: Array,
+    # outputs
+    balls: Array,
+) -> None:
+    """balls[k] = (point, radius) of items[k]."""
+    for k in range(points.shape[0]):
+        i = items[k]
+        for c in ti.static(range(3)):
+            balls[k, c] = points[i, c]
+        balls[k, 3] = radius[i]
+
+
 class Grid:
     """Buffers of one grid over at most `count` points.
 
     Attributes:
         lo [m], size [m], dims: Origin, cell size and cells along each axis.
         first, items: Points of each cell; see `sort_into_cells`.
+        balls: Centre and radius of the points in the order of `items` [m], shape [n, 4].
     """
 
     def __init__(self, count: int) -> None:
         self.cell, self.items = np.zeros(count, np.int32), np.zeros(count, np.int32)
-        self.first = np.zeros(CELLS + 2, np.int32)
+        self.first, self.balls = np.zeros(CELLS + 2, np.int32), np.zeros((count, 4))
         self.lo, self.dims, self.size = np.zeros(3), np.ones(3, np.int32), 1.0
 
-    def fill(self, points: np.ndarray, size: float, lo: np.ndarray, hi: np.ndarray) -> None:
-        """Sort `points` [n, 3] into cells of at least `size` [m] over the box lo..hi; outside, they go to its rim."""
+    def fill(self, points: np.ndarray, radius: np.ndarray, size: float, lo: np.ndarray, hi: np.ndarray) -> None:
+        """Sort `points` [n, 3] into cells of at least `size` [m] over the box lo..hi; outside, they go to its rim.
+
+        `radius` [n] comes along: the balls are copied in the order of the cells, so that a search reads them in turn.
+        """
         extent = np.maximum(hi - lo, 1e-6)
         while True:
             dims = np.minimum(np.floor(extent / size) + 1, 1e6)
@@ -70,3 +90,4 @@ class Grid:
             size *= 1.3
         self.lo, self.size, self.dims = np.ascontiguousarray(lo, np.float64), float(size), dims.astype(np.int32)
         sort_into_cells(points, self.lo, self.size, self.dims, int(dims.prod()), self.cell, self.first, self.items)
+        copy_balls(points, radius, self.items, self.balls)

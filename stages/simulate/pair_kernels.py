@@ -66,8 +66,9 @@ def find_vertex_faces(
     x: Array,
     faces: Array,
     layer: Array,
-    centre: Array,
-    radius: Array,
+    normal: Array,
+    rest: Array,
+    vertex_normal: Array,
     near: Real,
     far: Real,
     widest: Real,
@@ -76,6 +77,7 @@ def find_vertex_faces(
     dims: Array,
     first: Array,
     items: Array,
+    balls: Array,
     # outputs
     count: Array,
     found: Array,
@@ -85,20 +87,27 @@ def find_vertex_faces(
         p = vec(x, i)
         n = 0
         reach = ti.max(near, far)
+        ni, ri = vec(vertex_normal, i), vec(rest, i)
         r = ti.Vector([1.0, 1.0, 1.0]) * (reach + widest)
         a, b = cell_of(p - r, lo, size, dims), cell_of(p + r, lo, size, dims)
         for cz in range(a[2], b[2] + 1):
             for cy in range(a[1], b[1] + 1):
                 row = (cz * dims[1] + cy) * dims[0]
                 for k in range(first[row + a[0]], first[row + b[0] + 1]):
-                    f = items[k]
-                    limit = near
-                    if layer[faces[f, 0]] != layer[i]:
-                        limit = far
-                    bound = limit + radius[f]
-                    if (vec(centre, f) - p).norm_sqr() < bound * bound:
+                    away = p - vec(balls, k)
+                    bound = reach + balls[k, 3]
+                    if away.norm_sqr() < bound * bound:
+                        f = items[k]
                         i0, i1, i2 = faces[f, 0], faces[f, 1], faces[f, 2]
-                        if i != i0 and i != i1 and i != i2:
+                        limit = near
+                        # Cloth next to itself that isn't folded can't touch.
+                        known = vec(normal, f).dot(ni) > 0.3 and (vec(rest, i0) - ri).norm() < 2.0 * widest
+                        if layer[i0] != layer[i]:
+                            limit = far
+                            known = False
+                        # A face is no nearer than its plane.
+                        apart = i != i0 and i != i1 and i != i2
+                        if apart and not known and ti.abs(away.dot(vec(normal, f))) < limit:
                             u = closest_on_triangle(p, vec(x, i0), vec(x, i1), vec(x, i2))
                             d = p - u[0] * vec(x, i0) - u[1] * vec(x, i1) - u[2] * vec(x, i2)
                             if d.norm_sqr() < limit * limit:
@@ -140,6 +149,7 @@ def find_edge_edges(
     dims: Array,
     first: Array,
     items: Array,
+    balls: Array,
     # outputs
     count: Array,
     found: Array,
@@ -160,12 +170,12 @@ def find_edge_edges(
                 for cy in range(a[1], b[1] + 1):
                     row = (cz * dims[1] + cy) * dims[0]
                     for k in range(first[row + a[0]], first[row + b[0] + 1]):
-                        g = items[k]
-                        if g > e:
+                        bound = near + balls[k, 3] + radius[e]
+                        if (vec(balls, k) - p).norm_sqr() < bound * bound:
+                            g = items[k]
                             j0, j1 = edges[g, 0], edges[g, 1]
-                            bound = near + radius[g] + radius[e]
                             apart = i0 != j0 and i0 != j1 and i1 != j0 and i1 != j1
-                            if apart and (vec(centre, g) - p).norm_sqr() < bound * bound:
+                            if g > e and apart:
                                 st = closest_on_edges(xa, xb, vec(x, j0), vec(x, j1))
                                 d = (1 - st[0]) * xa + st[0] * xb - (1 - st[1]) * vec(x, j0) - st[1] * vec(x, j1)
                                 if d.norm_sqr() < near * near:

@@ -119,22 +119,22 @@ class PairContact:
         lo, hi = x.min(0), x.max(0)
         widest = float(self.face_radius.max())
         grid = self.face_grid
-        grid.fill(self.face_centre, far + widest, lo, hi)
+        grid.fill(self.face_centre, self.face_radius, far + widest, lo, hi)
         while True:
             find_vertex_faces(
-                x, self.faces, self.layer, self.face_centre, self.face_radius, near, far, widest,
-                grid.lo, grid.size, grid.dims, grid.first, grid.items, self.vf_count, self.vf_found,
+                x, self.faces, self.layer, self.face_normal, self.rest, self.vertex_normal, near, far, widest,
+                grid.lo, grid.size, grid.dims, grid.first, grid.items, grid.balls, self.vf_count, self.vf_found,
             )  # fmt: skip
             if not self._too_narrow("vf_found", self.vf_count):
                 break
         mark_close(self.faces, self.vf_count, self.vf_found, self.close)
         widest = float(self.edge_radius.max())
         grid = self.edge_grid
-        grid.fill(self.edge_centre, near + widest, lo, hi)
+        grid.fill(self.edge_centre, self.edge_radius, near + widest, lo, hi)
         while True:
             find_edge_edges(
                 x, self.edges, self.close, self.edge_centre, self.edge_radius, near, widest,
-                grid.lo, grid.size, grid.dims, grid.first, grid.items, self.ee_count, self.ee_found,
+                grid.lo, grid.size, grid.dims, grid.first, grid.items, grid.balls, self.ee_count, self.ee_found,
             )  # fmt: skip
             if not self._too_narrow("ee_found", self.ee_count):
                 break
