@@ -58,7 +58,7 @@ class SimulateConfig:
     pose_speed: float = field(default=1.5, metadata={"gt": 0.0, "le": 10.0})
     """Fastest skin while the body goes from rest to the first pose [m/s]."""
     run_up: float = field(default=0.25, metadata={"ge": 0.0, "le": 2.0})
-    """Time in which the body gets up to the speed of the sequence's first frame [s]."""
+    """Time in which limbs get up to the speed that they have in the sequence's first frame [s]."""
     settle_frames: int = field(default=12, metadata={"ge": 0, "le": 300})
     """Frames at rest between the two transitions."""
     threads: int = field(default=0, metadata={"ge": 0, "le": 1024})

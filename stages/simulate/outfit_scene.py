@@ -103,6 +103,7 @@ def dress(
         record=before,
         ease_in=way.shape_frames + way.settle_frames,
         fps=fps,
+        velocity=way.velocity,
     )
     return scene, way
 

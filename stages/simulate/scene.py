@@ -54,6 +54,7 @@ class Scene:
         fps: Frames a second.
         pins: Vertices that follow pin_goal(time [s]) -> [K, 3].
         wind: Velocity of the air [m/s].
+        velocity: Velocity of cloth and air at the start [m/s]; the air has come to that of the wind after easing in.
     """
 
     garments: Sequence[Garment]
@@ -68,6 +69,7 @@ class Scene:
     pins: np.ndarray = field(default_factory=lambda: np.zeros(0, np.int64))
     pin_goal: Callable[[float], np.ndarray] | None = None
     wind: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    velocity: np.ndarray = field(default_factory=lambda: np.zeros(3))
 
     def check(self) -> None:
         """Refuse what can't be simulated.

@@ -64,7 +64,7 @@ def make_springs(scene: Scene) -> Springs:
 
 
 def make_stepper(scene: Scene, config: SimulateConfig) -> Stepper:
-    """A stepper at the start of `scene`, at rest."""
+    """A stepper at the start of `scene`."""
     scene.check()
     start_taichi(config.threads or None)
     springs = make_springs(scene)
@@ -109,7 +109,7 @@ def make_stepper(scene: Scene, config: SimulateConfig) -> Stepper:
             every=config.pair_every,
             dtype=np.float32 if config.precision == "f32" else np.float64,
         )
-    return Stepper(
+    stepper = Stepper(
         springs,
         contact,
         pairs,
@@ -120,6 +120,8 @@ def make_stepper(scene: Scene, config: SimulateConfig) -> Stepper:
         goal=goal if scene.pin_goal is not None else None,
         wind=scene.wind,
     )
+    stepper.v[:] = scene.velocity
+    return stepper
 
 
 def fastest_pass(stepper: Stepper, frame: int) -> float:
@@ -150,6 +152,7 @@ def ease_in(stepper: Stepper, scene: Scene, drag: np.ndarray, frame: int) -> Non
     springs = stepper.springs
     np.multiply(springs.length, 1 + s * (springs.rest_scale - 1), out=springs.rest_length)
     np.multiply(drag, AIR + s * (1 - AIR), out=stepper.drag)
+    stepper.wind[:] = (1 - s) * scene.velocity + s * np.asarray(scene.wind)
     if stepper.pairs is not None and frame > scene.ease_in:
         stepper.pairs.untangle = 0.0
 

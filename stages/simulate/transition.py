@@ -2,7 +2,8 @@
 
 CLOTH3D, supplement, "Body transition": frames in which the shape goes from betas + tightness to betas, then frames in
 which every joint turns from the rest pose to the first pose through quaternions. They are simulated, not stored. Here
-the last of them runs up to the sequence's own velocity, so that the cloth enters the first frame already moving.
+body, cloth and air go along at the sequence's first velocity from the start, which by Galilean invariance is being at
+rest: nobody is pushed off, and the cloth enters the first frame as that of a person who has walked for a while.
 """
 
 from __future__ import annotations
@@ -25,12 +26,14 @@ class Transition:
         vertices: Body vertices [m], shape [P, V, 3]; the sequence's first frame comes next.
         turn: Rotation about z (3, 3), and shift: translation (3,) [m], that put the rest frame where the transition
             starts, facing as the sequence does.
+        velocity: Of the root [m/s], shape (3,), throughout: that of the sequence's first frame.
         shape_frames, settle_frames, pose_frames: Length of each part.
     """
 
     vertices: np.ndarray
     turn: np.ndarray
     shift: np.ndarray
+    velocity: np.ndarray
     shape_frames: int
     settle_frames: int
     pose_frames: int
@@ -89,28 +92,30 @@ def make_transition(
     # A limb goes round an arc, up to pi/2 longer than its chord; 1.3 is that of an arm from the T-pose to the hip.
     pose_frames = max(8, int(np.ceil(1.3 * 1.5 * sweep / pose_speed * fps)))
 
-    # Before its first frame the sequence is continued backwards at its first velocity, which fades in over run_up.
+    # Before its first frame the sequence turns at its first angular velocity, which fades in over run_up.
     second = min(1, len(pose) - 1)
     spin = (Rotation.from_rotvec(pose[0]).inv() * Rotation.from_rotvec(pose[second])).as_rotvec() * fps
-    speed = (trans[second] - trans[0]) * fps
+    velocity = (trans[second] - trans[0]) * fps
     t = (np.arange(pose_frames) - pose_frames) / fps
     lag = run_up * (np.exp(t / run_up) - 1) if run_up > 0 else np.zeros(pose_frames)
     before = np.stack([(Rotation.from_rotvec(pose[0]) * Rotation.from_rotvec(u * spin)).as_rotvec() for u in lag])
     poses = blend_poses(start_pose, before, ease(np.arange(pose_frames) / pose_frames))
-    places = trans[0] + lag[:, None] * speed
+    frames = shape_frames + settle_frames + pose_frames
+    places = trans[0] + ((np.arange(frames) - frames) / fps)[:, None] * velocity
 
-    shift = np.asarray(places[0], np.float64)
     parts = [
-        body(tight_betas + s * (betas - tight_betas), start_pose[None], shift[None])
-        for s in ease(np.arange(shape_frames) / shape_frames)
+        body(tight_betas + s * (betas - tight_betas), start_pose[None], place[None])
+        for s, place in zip(ease(np.arange(shape_frames) / shape_frames), places)
     ]
     if settle_frames:
-        parts.append(np.repeat(body(betas, start_pose[None], shift[None]), settle_frames, axis=0))
-    parts.append(body(betas, poses, places))
+        still = np.repeat(start_pose[None], settle_frames, axis=0)
+        parts.append(body(betas, still, places[shape_frames : shape_frames + settle_frames]))
+    parts.append(body(betas, poses, places[-pose_frames:]))
     return Transition(
         vertices=np.concatenate(parts).astype(np.float32),
         turn=turn.as_matrix(),
-        shift=shift,
+        shift=places[0],
+        velocity=velocity,
         shape_frames=shape_frames,
         settle_frames=settle_frames,
         pose_frames=pose_frames,
