@@ -140,6 +140,8 @@ def find_edge_edges(
     x: Array,
     edges: Array,
     close: Array,
+    layer: Array,
+    vertex_normal: Array,
     centre: Array,
     radius: Array,
     near: Real,
@@ -175,7 +177,9 @@ def find_edge_edges(
                             g = items[k]
                             j0, j1 = edges[g, 0], edges[g, 1]
                             apart = i0 != j0 and i0 != j1 and i1 != j0 and i1 != j1
-                            if g > e and apart:
+                            # Vertices and faces keep garments apart that lie flat on each other.
+                            flat = layer[i0] != layer[j0] and vec(vertex_normal, i0).dot(vec(vertex_normal, j0)) > 0.7
+                            if g > e and apart and not flat:
                                 st = closest_on_edges(xa, xb, vec(x, j0), vec(x, j1))
                                 d = (1 - st[0]) * xa + st[0] * xb - (1 - st[1]) * vec(x, j0) - st[1] * vec(x, j1)
                                 if d.norm_sqr() < near * near:

@@ -133,7 +133,8 @@ class PairContact:
         grid.fill(self.edge_centre, self.edge_radius, near + widest, lo, hi)
         while True:
             find_edge_edges(
-                x, self.edges, self.close, self.edge_centre, self.edge_radius, near, widest,
+                x, self.edges, self.close, self.layer, self.vertex_normal,
+                self.edge_centre, self.edge_radius, near, widest,
                 grid.lo, grid.size, grid.dims, grid.first, grid.items, grid.balls, self.ee_count, self.ee_found,
             )  # fmt: skip
             if not self._too_narrow("ee_found", self.ee_count):
