@@ -174,6 +174,7 @@ def solve(scene: Scene, config: SimulateConfig, progress: Callable[[int, int], N
     """
     stepper = make_stepper(scene, config)
     recorded = [stepper.x.copy()] if scene.record == 0 else []
+    stepper.first_frame = scene.record
     drag = stepper.drag.copy()
     for frame in range(1, scene.frames + 1):
         clock = perf_counter()

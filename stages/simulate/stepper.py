@@ -51,6 +51,7 @@ class Stepper:
     Attributes:
         x, v: Positions [m] and velocities [m/s], shape [N, 3], at `time` [s].
         fastest: Bound on the speed of skin past cloth near it [m/s], which sets how far contact is looked for.
+        first_frame: Frame of the body that counts as 0 in messages.
     """
 
     LONGEST_MOVE = 0.03
@@ -75,6 +76,7 @@ class Stepper:
         self.springs, self.contact, self.pairs, self.config = springs, contact, pairs, config
         self.time, self.last_dt = 0.0, 0.0
         self.fastest = np.inf
+        self.first_frame = 0
         self.x, self.v = np.array(x, np.float64), np.zeros((n, 3))
         self.x_old, self.v_old = self.x.copy(), self.v.copy()
         self.x_bar, self.y, self.guess, self.trial = (np.zeros((n, 3)) for _ in range(4))
@@ -113,10 +115,16 @@ class Stepper:
                 if dt < self.config.shortest_dt:
                     where = ", ".join(f"{c:.3f}" for c in self.x[fault.vertex])
                     raise DataError(
-                        f"simulation failed at {self.time:.4f} s: vertex {fault.vertex} at ({where}) m: {fault.cause}, "
+                        f"simulation failed at {self._when()}: vertex {fault.vertex} at ({where}) m: {fault.cause}, "
                         f"with a step of {step:.1e} s, floor {self.config.shortest_dt:.1e} s; "
                         "check the motion there, or lower simulate.shortest_dt"
                     ) from None
+
+    def _when(self) -> str:
+        """The present time, as the frame of the sequence it lies in, or of the transition before it."""
+        frame = int(self.time * self.contact.body.fps) - self.first_frame
+        where = f"frame {frame}" if frame >= 0 else f"{-frame} frames before the first, in the transition"
+        return f"{where} ({self.time:.4f} s)"
 
     def step(self, dt: float) -> None:
         """One step of `dt` [s].

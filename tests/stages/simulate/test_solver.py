@@ -63,7 +63,7 @@ def test_what_cannot_be_solved_ends_with_frame_vertex_and_cause() -> None:
     vertices, faces = sheet(4, 4, 0.02)
     one = scene(garment(vertices, faces), pins=np.array([0]), frames=2)
     one = replace(one, pin_goal=lambda time: vertices[:1] + (1e3 if time > 0.01 else 0.0))
-    with pytest.raises(DataError, match=r"simulation failed at 0\.0.* s: vertex \d+ .*floor") as caught:
+    with pytest.raises(DataError, match=r"simulation failed at frame 0 \(0\.0.* s\): vertex \d+ .*floor") as caught:
         solve(one, SimulateConfig(threads=1))
     assert "\n" not in str(caught.value)
 
