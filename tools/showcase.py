@@ -20,7 +20,7 @@ from stages.report.render import Mesh, Studio
 from stages.report.scene import heading
 from stages.spec import Task
 
-SPACING = 1.05  # [m]
+SPACING = 0.98  # [m]
 # Where in its sequence each figure is taken, and how far it is turned from the camera [degrees].
 MOMENTS, TURNS = (0.25, 0.8), (-35.0, 25.0)
 FRONT = -0.5 * np.pi
@@ -47,13 +47,13 @@ def main() -> None:
     parser.add_argument("output", type=Path, help="the run's output, such as build/demo")
     parser.add_argument("picture", type=Path, help="PNG to write")
     parser.add_argument(
-        "--size", type=int, nargs=2, default=(1280, 480), metavar=("W", "H"), help="of the picture [px]"
+        "--size", type=int, nargs=2, default=(1280, 460), metavar=("W", "H"), help="of the picture [px]"
     )
     given = parser.parse_args()
     task = Task.from_json((given.output / "tasks" / "report" / "all.json").read_text())
     meshes = figures(read_person(task, item) for item in sorted(task.inputs["simulate"]))
     width, height = given.size
-    camera = Camera.around(np.array([0.0, 0.0, 0.93]), FRONT, height=2.35, elevation=0.07)
+    camera = Camera.around(np.array([0.0, 0.0, 0.93]), FRONT, height=2.3, elevation=0.07)
     picture = Image.fromarray(Studio(meshes).picture(camera, width, height))
     given.picture.parent.mkdir(parents=True, exist_ok=True)
     picture.save(given.picture, optimize=True)

@@ -9,10 +9,10 @@ from dataclasses import dataclass, field
 class ReportConfig:
     """What the report shows, how large, and what it calls good."""
 
-    picture_width: int = field(default=360, metadata={"ge": 64, "le": 2048})
+    picture_width: int = field(default=320, metadata={"ge": 64, "le": 2048})
     """Width of one view of a sequence [px]; a video shows two views side by side."""
 
-    picture_height: int = field(default=640, metadata={"ge": 64, "le": 2048})
+    picture_height: int = field(default=560, metadata={"ge": 64, "le": 2048})
     """Height of one view of a sequence [px]."""
 
     strip_frames: int = field(default=6, metadata={"ge": 1, "le": 24})

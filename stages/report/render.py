@@ -1,6 +1,6 @@
 """Pictures of shaded meshes on a machine without GPU, display or OpenGL: rays by Embree, shading in NumPy.
 
-A scene is lit once (`Studio`) and can then be seen from several cameras (`Studio.picture`).
+A scene (`Studio`) can be seen from several cameras (`Studio.picture`), which share the light that was computed.
 """
 
 from __future__ import annotations
@@ -69,7 +69,8 @@ class Studio:
 
         self.scene = EmbreeScene()
         TriangleMesh(self.scene, self.vertices.astype(np.float32), self.faces)
-        self.dome = bake_dome(self.vertices, self.normals, self._occluded)
+        # Light of the dome at each vertex; NaN where no picture has needed it yet.
+        self.dome = np.full(len(self.vertices), np.nan)
         self.floor = None if floor is None else Floor(floor, self.vertices, self._occluded)
 
     def _occluded(self, origins: Array, directions: Array) -> NDArray[np.bool_]:
@@ -126,6 +127,13 @@ class Studio:
         hits = self.scene.run(np.ascontiguousarray(origins), directions, output=1)
         return View(directions, hits["primID"], hits["tfar"], hits["u"], hits["v"])
 
+    def _bake(self, corners: NDArray[np.int32]) -> None:
+        """Lights those of the vertices `corners` that no picture has needed before: most are hidden from any camera."""
+        wanted = np.zeros(len(self.vertices), dtype=bool)
+        wanted[corners] = True
+        dark = np.flatnonzero(wanted & np.isnan(self.dome))
+        self.dome[dark] = bake_dome(self.vertices[dark], self.normals[dark], self._occluded)
+
     def _outline(self, view: View, shape: tuple[int, ...]) -> NDArray[np.bool_]:
         """Which pixels of a window of `shape` touch one that shows another mesh, or the same far away, shape [N]."""
         owner = np.where(view.hit, self.owner[view.face], -1).reshape(shape)
@@ -154,6 +162,7 @@ class Studio:
         around = self.normals[corner] * side[:, None, None]
         smooth = unit(np.einsum("nk,nkc->nc", weights, around))
         normals = np.where(self.smooth[owner][:, None], smooth, flat)
+        self._bake(corner)
         dome = np.einsum("nk,nk->n", weights, self.dome[corner])
         # Little is seen of insides: their light is not baked but gathered where it is needed.
         inside = np.flatnonzero(side < 0.0)
