@@ -4,6 +4,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import trimesh
 
 import store
 from pipeline.cli import main
@@ -37,6 +38,24 @@ def test_the_garments_move_with_the_person(output: Path) -> None:
         # Relative to the root joint: within reach of the person wherever they walk, and never still.
         assert np.abs(vertices).max() < 1.5
         assert np.abs(np.diff(vertices, axis=0)).max(axis=(1, 2)).min() > 1e-3
+
+
+def test_cloth_stays_outside_the_body_and_hardly_stretches(output: Path) -> None:
+    # Depth by ray parity and trimesh's closest points: not the library that the solver measures itself with.
+    body = store.read(output / "body" / "walk.h5", "body")
+    cloth = store.read(output / "simulate" / "walk.h5", "simulate")
+    outfit = store.read(output / "outfit" / "walk.h5", "outfit")
+    for name in cloth.groups("garments"):
+        vertices, faces = cloth[f"garments/{name}/vertices"], cloth[f"garments/{name}/faces"]
+        for frame in (0, 4, 7):
+            skin = trimesh.Trimesh(body["vertices"][frame], body["faces"], process=False)
+            inside = vertices[frame][skin.contains(vertices[frame])]
+            if len(inside):
+                assert trimesh.proximity.closest_point(skin, inside)[1].max() < 1e-3, (name, frame)
+        a, b = trimesh.Trimesh(outfit[f"garments/{name}/vertices"], faces, process=False).edges_unique.T
+        rest = np.linalg.norm(np.subtract(*outfit[f"garments/{name}/vertices"][[a, b]]), axis=1)
+        stretch = np.linalg.norm(vertices[:, a] - vertices[:, b], axis=2) / rest - 1
+        assert (stretch > 0.1).mean(axis=1).max() < 0.01, name
 
 
 def test_garments_are_encoded_at_rest_and_in_motion(output: Path) -> None:
