@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 class SimulateConfig:
     """Section [simulate] of a recipe."""
 
-    dt: float = field(default=1 / 180, metadata={"gt": 0.0, "le": 1 / 30})
+    dt: float = field(default=1 / 210, metadata={"gt": 0.0, "le": 1 / 30})
     """Longest time step [s]; a step is shortened where the motion is fast, and halved where it fails."""
     shortest_dt: float = field(default=1 / 16000, metadata={"gt": 0.0, "le": 1 / 240})
     """Floor of the step [s]: a step that still fails there ends the task."""
@@ -19,7 +19,7 @@ class SimulateConfig:
     """Most Newton iterations of a step."""
     newton_tolerance: float = field(default=2e-5, metadata={"ge": 0.0, "le": 1e-2})
     """A step is solved when no vertex moves further than this in an iteration [m]."""
-    tolerance: float = field(default=0.1, metadata={"gt": 0.0, "lt": 1.0})
+    tolerance: float = field(default=0.05, metadata={"gt": 0.0, "lt": 1.0})
     """Relative residual at which the linear solve ends, in the preconditioner's norm."""
     linear_iterations: int = field(default=400, metadata={"ge": 4, "le": 10000})
     """Most iterations of the linear solve."""

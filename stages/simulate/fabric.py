@@ -27,7 +27,7 @@ class Fabric:
     """Stiffness beyond `stretch_limit` over the stiffness before it."""
     damping: float = 2.0e-3
     """Damping of stretch and bend, proportional to stiffness [s]."""
-    drag: float = 0.08
+    drag: float = 0.2
     """Air drag per area and speed [kg/(m^2 s)]."""
     friction: float = 0.4
     """Coulomb coefficient against skin and other garments."""
