@@ -1,4 +1,4 @@
-"""The closest point of a triangle, and of a body's surface among candidates, with the right sign."""
+"""Closest points of triangles and of segments, and of a body's surface among candidates with the right sign."""
 
 import taichi as ti
 
@@ -64,3 +64,23 @@ def pseudo_normal(
     elif feature < 5.5:
         n += vec(face_normal, across[f, ti.i32(feature) - 3])
     return n
+
+
+@inline
+def closest_on_edges(a: Value, b: Value, c: Value, d: Value) -> Value:
+    """Parameters (s, t) of the closest points of segments ab and cd, clamped to [0, 1] (Ericson 2005, 5.1.9)."""
+    u, v, w = b - a, d - c, a - c
+    uu, vv, uv = u.dot(u), v.dot(v), u.dot(v)
+    uw, vw = u.dot(w), v.dot(w)
+    den = uu * vv - uv * uv
+    s = 0.5
+    if den > 1e-9 * uu * vv:
+        s = ti.max(0.0, ti.min(1.0, (uv * vw - uw * vv) / den))
+    t = (uv * s + vw) / ti.max(vv, 1e-30)
+    if t < 0.0:
+        t = 0.0
+        s = ti.max(0.0, ti.min(1.0, -uw / ti.max(uu, 1e-30)))
+    elif t > 1.0:
+        t = 1.0
+        s = ti.max(0.0, ti.min(1.0, (uv - uw) / ti.max(uu, 1e-30)))
+    return ti.Vector([s, t])

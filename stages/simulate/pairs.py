@@ -8,20 +8,9 @@ import numpy as np
 
 from stages.simulate.body_motion import incident_corners
 from stages.simulate.grid import Grid
-from stages.simulate.pair_kernels import (
-    compact_pairs,
-    edge_spheres,
-    face_spheres,
-    find_edge_edges,
-    find_vertex_faces,
-    gather_pairs,
-    mark_close,
-    move_parted,
-    part_pairs,
-    press_pairs,
-    write_pairs,
-)
+from stages.simulate.pair_kernels import compact_pairs, gather_pairs, move_parted, part_pairs, press_pairs, write_pairs
 from stages.simulate.pair_normals import cloth_normals
+from stages.simulate.pair_search import edge_spheres, face_spheres, find_edge_edges, find_vertex_faces, mark_close
 
 SHOVE = 3e-4
 """How much of a correction in one step counts as motion [m]."""
