@@ -11,7 +11,7 @@ import matplotlib
 
 matplotlib.use("Agg")
 import matplotlib.pyplot as plt
-from matplotlib.ticker import MaxNLocator
+from matplotlib.ticker import FuncFormatter, MaxNLocator, NullFormatter
 
 # Stand-ins that become CSS: the page is read in the light and in the dark.
 INK, FAINT = "#010203", "#040506"
@@ -35,6 +35,11 @@ def loss_curves(curves: Mapping[str, tuple[Sequence[float], Sequence[float]]]) -
         for (name, (epochs, losses)), colour in zip(curves.items(), CURVES * len(curves)):
             axes.plot(epochs, losses, color=colour, linewidth=1.6, label=name, marker="o" if len(epochs) == 1 else None)
         axes.set_yscale("log")
+        plain = FuncFormatter(lambda value, _: f"{value:g}")
+        low, high = axes.get_ylim()
+        axes.yaxis.set_major_formatter(plain)
+        # Within a decade or so the powers of ten alone would leave the axis without numbers.
+        axes.yaxis.set_minor_formatter(plain if high < 10.0 * low else NullFormatter())
         axes.xaxis.set_major_locator(MaxNLocator(integer=True))
         axes.set_xlabel("epoch", color=INK)
         axes.set_ylabel("loss", color=INK)

@@ -19,7 +19,7 @@ from stages.report.sheet import contact_sheet
 
 Picture = NDArray[np.uint8]
 FRONT, SIDE = -0.5 * np.pi, -np.pi
-MARGIN = 1.12
+MARGIN = 1.18
 # Portraits of outfits: slightly from the side, where folds show; the arms are spread out in the rest pose.
 STILL_VIEW, STILL_SPAN = FRONT - 0.35, 2.0
 STILL_SIZE = (400, 420)
@@ -92,8 +92,11 @@ def generated(folder: Path, garment: Generated) -> dict[str, Any]:
     (folder / "generated").mkdir(exist_ok=True)
     span = _span(garment.surfaces[0], GENERATED_SIZE)
     save(folder / place, portrait(garment.surfaces, (FRONT, SIDE), *GENERATED_SIZE, span))
-    words = [str(garment.about[k]) for k in ("gender", "type", "fabric", "note") if garment.about.get(k)]
-    return {"place": place, "title": words[0] if words else garment.name, "note": ", ".join(words[1:])}
+    title, note = (
+        ", ".join(str(garment.about[k]) for k in names if garment.about.get(k))
+        for names in (("gender", "type"), ("fabric", "note"))
+    )
+    return {"place": place, "title": title or garment.name, "note": note}
 
 
 def _span(body: Surface, size: tuple[int, int]) -> float:
