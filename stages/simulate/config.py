@@ -1,29 +1,68 @@
-"""The knobs of the simulation."""
+"""The knobs of the simulation, and the levels of accuracy that set those which trade speed for it."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from typing import Any
+
+LEVELS: dict[str, dict[str, Any]] = {
+    "preview": {
+        "dt": 1 / 90,
+        "newton_iterations": 2,
+        "newton_tolerance": 1e-4,
+        "tolerance": 0.1,
+        "linear_iterations": 200,
+        "precision": "f32",
+        "pair_every": 4,
+    },
+    "standard": {
+        "dt": 1 / 210,
+        "newton_iterations": 2,
+        "newton_tolerance": 2e-5,
+        "tolerance": 0.05,
+        "linear_iterations": 400,
+        "precision": "f32",
+        "pair_every": 4,
+    },
+    "reference": {
+        "dt": 1 / 1920,
+        "newton_iterations": 20,
+        "newton_tolerance": 1e-8,
+        "tolerance": 1e-4,
+        "linear_iterations": 2000,
+        "precision": "f64",
+        "pair_every": 1,
+    },
+}
+"""What each level of accuracy sets, unless the recipe sets it itself."""
+
+
+def by_level(**limits: Any) -> Any:
+    """A knob that the level of accuracy sets where the recipe does not."""
+    return field(default=None, metadata=limits)
 
 
 @dataclass(frozen=True, kw_only=True)
 class SimulateConfig:
     """Section [simulate] of a recipe."""
 
-    dt: float = field(default=1 / 210, metadata={"gt": 0.0, "le": 1 / 30})
+    accuracy: str = field(default="standard", metadata={"choices": tuple(LEVELS)})
+    """A point on the measured curve of error against time; sets those of the next knobs that aren't given."""
+    dt: float = by_level(gt=0.0, le=1 / 30)
     """Longest time step [s]; a step is shortened where the motion is fast, and halved where it fails."""
     shortest_dt: float = field(default=1 / 16000, metadata={"gt": 0.0, "le": 1 / 240})
     """Floor of the step [s]: a step that still fails there ends the task."""
     integrator: str = field(default="bdf2", metadata={"choices": ("bdf2", "euler")})
     """Time integration: second order, or the more damped implicit Euler."""
-    newton_iterations: int = field(default=2, metadata={"ge": 1, "le": 50})
+    newton_iterations: int = by_level(ge=1, le=50)
     """Most Newton iterations of a step."""
-    newton_tolerance: float = field(default=2e-5, metadata={"ge": 0.0, "le": 1e-2})
+    newton_tolerance: float = by_level(ge=0.0, le=1e-2)
     """A step is solved when no vertex moves further than this in an iteration [m]."""
-    tolerance: float = field(default=0.05, metadata={"gt": 0.0, "lt": 1.0})
+    tolerance: float = by_level(gt=0.0, lt=1.0)
     """Relative residual at which the linear solve ends, in the preconditioner's norm."""
-    linear_iterations: int = field(default=400, metadata={"ge": 4, "le": 10000})
+    linear_iterations: int = by_level(ge=4, le=10000)
     """Most iterations of the linear solve."""
-    precision: str = field(default="f32", metadata={"choices": ("f32", "f64")})
+    precision: str = by_level(choices=("f32", "f64"))
     """Numbers of the linear solve; positions, forces and time are always f64."""
     gravity: float = field(default=-9.81, metadata={"ge": -100.0, "le": 100.0})
     """Acceleration along z [m/s^2]."""
@@ -47,7 +86,7 @@ class SimulateConfig:
     """Damping of cloth against cloth, over its contact stiffness [s]."""
     pair_slack: float = field(default=0.004, metadata={"gt": 0.0, "le": 0.05})
     """Least distance beyond `thickness` to look for pairs of cloth [m]; up to half an edge where cloth is fast."""
-    pair_every: int = field(default=4, metadata={"ge": 1, "le": 100})
+    pair_every: int = by_level(ge=1, le=100)
     """Most steps for which pairs of cloth are kept before they are looked for again."""
     untangle: float = field(default=0.01, metadata={"ge": 0.0, "le": 0.1})
     """Depth up to which garments that start through each other are put in the order of their layers [m]."""
@@ -63,3 +102,8 @@ class SimulateConfig:
     """Frames at rest between the two transitions."""
     threads: int = field(default=0, metadata={"ge": 0, "le": 1024})
     """CPU threads; 0 takes what the process may use. Results don't depend on it."""
+
+    def __post_init__(self) -> None:
+        for knob, value in LEVELS[self.accuracy].items():
+            if getattr(self, knob) is None:
+                object.__setattr__(self, knob, value)

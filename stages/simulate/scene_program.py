@@ -12,7 +12,7 @@ from time import perf_counter
 
 import numpy as np
 
-from stages.simulate.config import SimulateConfig
+from stages.simulate.config import LEVELS, SimulateConfig
 from stages.simulate.fabric import Fabric
 from stages.simulate.scene import Garment, Scene
 from stages.simulate.scene_file import SceneFile, read_scene
@@ -28,10 +28,11 @@ def main(arguments: Sequence[str]) -> int:
         "scene", type=Path, help="scene .npz: cloth_v, cloth_f, body_v, body_f, pins, pin_pos, fps, frames"
     )
     parser.add_argument("--out", type=Path, required=True, help=".npz to write: x (frames + 1, N, 3) [m]")
-    parser.add_argument("--dt", type=float, default=SimulateConfig().dt, help="longest time step [s]")
+    parser.add_argument("--accuracy", choices=tuple(LEVELS), default="standard", help="level of accuracy")
+    parser.add_argument("--dt", type=float, help="longest time step [s], instead of the level's")
     given = parser.parse_args(arguments)
     try:
-        return _solve(read_scene(given.scene), SimulateConfig(dt=given.dt), given.out)
+        return _solve(read_scene(given.scene), SimulateConfig(accuracy=given.accuracy, dt=given.dt), given.out)
     except DataError as error:
         print(error, file=sys.stderr)
         return 65
