@@ -3,7 +3,7 @@
 from dataclasses import dataclass, field, fields
 
 FABRICS = ("cotton", "silk", "denim", "leather")
-"""Fabrics of `fabrics.toml`."""
+"""Fabrics of `stages/fabrics.toml`."""
 
 _SHARE = {"ge": 0.0, "le": 1.0}
 

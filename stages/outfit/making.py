@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from model.body import BodyModel
 from model.mesh.geometry import face_areas
 from model.mesh.intersection import intersecting_faces
+from stages.fabrics import Fabric
 from stages.outfit.borders import (
     ELASTIC_RINGS,
     WAISTBAND_WIDTH,
@@ -22,7 +23,6 @@ from stages.outfit.borders import (
 )
 from stages.outfit.clearance import Obstacle, clear
 from stages.outfit.config import Config
-from stages.outfit.fabrics import Fabric
 from stages.outfit.layering import solid
 from stages.outfit.pieces import make_piece
 from stages.outfit.plan import GarmentPlan, OutfitPlan

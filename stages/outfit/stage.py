@@ -6,9 +6,9 @@ from typing import Any
 import numpy as np
 
 from model.body import load_free_body
+from stages.fabrics import load_fabrics
 from stages.outfit import SPEC
 from stages.outfit.config import Config
-from stages.outfit.fabrics import load_fabrics
 from stages.outfit.making import make_outfit
 from stages.outfit.plan import draw_plan
 from stages.outfit.resizing import tight_betas

@@ -9,9 +9,9 @@ import pytest
 from model.body import BodyModel, load_free_body
 from model.mesh.intersection import intersecting_faces, self_intersecting_faces
 from model.mesh.topology import border_loops, is_edge_manifold
+from stages.fabrics import load_fabrics
 from stages.outfit.borders import loop_length
 from stages.outfit.config import Config
-from stages.outfit.fabrics import load_fabrics
 from stages.outfit.making import TOLERANCE, Garment, make_outfit
 from stages.outfit.plan import KINDS, OutfitPlan, draw_plan
 from stages.outfit.resizing import tight_betas

@@ -4,8 +4,8 @@ from pathlib import Path
 
 import pytest
 
+from stages.fabrics import CONSTANTS, FABRICS_FILE, load_fabrics
 from stages.outfit.config import FABRICS
-from stages.outfit.fabrics import CONSTANTS, FABRICS_FILE, load_fabrics
 from stages.spec import DataError
 
 
