@@ -78,7 +78,6 @@ class PairContact:
         self.found_force, self.force = np.zeros((total, 3)), np.zeros((total, 3))
         self.vertices, self.index = np.zeros((total, 4), np.int32), np.zeros(4 * total, np.int32)
         self.weights, self.block = np.zeros((total, 4), self.dtype), np.zeros((total, 4), self.dtype)
-        self.u = np.zeros((total, 3), self.dtype)
 
     def closing_speed(self, x: np.ndarray, v: np.ndarray) -> float:
         """Estimate of the greatest speed [m/s] at which parts of the cloth near each other approach.

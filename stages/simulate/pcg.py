@@ -61,7 +61,6 @@ def iterate(
     bend_neighbour: Array,
     bend: Array,
     bend_scale: Array,
-    pair_count: Int,
     pair_vertices: Array,
     pair_weights: Array,
     pair_stiffness: Array,
@@ -75,26 +74,16 @@ def iterate(
     p: Array,
     q: Array,
     w: Array,
-    u: Array,
     part: Array,
     scalars: Array,
 ) -> None:
     """SWEEPS iterations in the form with one reduction (Chronopoulos and Gear 1989): z = M^-1 r, w = A z, p, q = A p.
 
     The product A z is D z - sum (a + w w^T) z_j + bending + contacts, gathered vertex by vertex. A contact between
-    cloth adds sum_c weight_i K_c (sum_k weight_k z_k), K_c = a I + w w^T. scalars: r.z, alpha, beta, r.z at the start.
+    cloth adds weight_i K_c (sum_k weight_k z_k), K_c = a I + w w^T. scalars: r.z, alpha, beta, r.z at the start.
     """
     n = r.shape[0]
     for _ in ti.static(range(SWEEPS)):
-        if pair_count > 0:
-            for c in range(pair_count):
-                s = vec(z, pair_vertices[c, 0]) * pair_weights[c, 0]
-                for k in ti.static(range(1, 4)):
-                    s += vec(z, pair_vertices[c, k]) * pair_weights[c, k]
-                d = ti.Vector([pair_stiffness[c, 1], pair_stiffness[c, 2], pair_stiffness[c, 3]])
-                s = pair_stiffness[c, 0] * s + d * d.dot(s)
-                for k in ti.static(range(3)):
-                    u[c, k] = s[k]
         for b in range(blocks):
             gamma, delta = ti.f64(0.0), ti.f64(0.0)
             for i in range(b * n // blocks, (b + 1) * n // blocks):
@@ -109,10 +98,13 @@ def iterate(
                 for e in range(bend_start[i], bend_start[i + 1]):
                     t += bend[e] * vec(z, bend_neighbour[e])
                 y += bend_scale[i] * t
-                if pair_count > 0:
-                    for e in range(pair_start[i], pair_start[i + 1]):
-                        k = pair_index[e]
-                        y += pair_weights[k // 4, k % 4] * vec(u, k // 4)
+                for e in range(pair_start[i], pair_start[i + 1]):
+                    c = pair_index[e] // 4
+                    s = vec(z, pair_vertices[c, 0]) * pair_weights[c, 0]
+                    for k in ti.static(range(1, 4)):
+                        s += vec(z, pair_vertices[c, k]) * pair_weights[c, k]
+                    d = ti.Vector([pair_stiffness[c, 1], pair_stiffness[c, 2], pair_stiffness[c, 3]])
+                    y += pair_weights[c, pair_index[e] % 4] * (pair_stiffness[c, 0] * s + d * d.dot(s))
                 for c in ti.static(range(3)):
                     w[i, c] = y[c]
                 gamma += ti.f64(zi.dot(vec(r, i)))
@@ -160,6 +152,5 @@ class Pcg:
     def __init__(self, count: int, dtype: Any = np.float32) -> None:
         self.dx, self.r, self.z, self.p, self.q, self.w = (np.zeros((count, 3), dtype) for _ in range(6))
         self.diagonal, self.inverse = np.zeros((count, 6), dtype), np.zeros((count, 6), dtype)
-        self.u = np.zeros((1, 3), dtype)
         self.part, self.scalars = np.zeros((BLOCKS, 2)), np.zeros(4)
         self.iterations = 0

@@ -226,9 +226,7 @@ class Stepper:
     def _solve(self) -> None:
         s, p, c = self.springs, self.pcg, self.config
         q = self.pairs
-        count, pairs, u = 0, self.no_pairs, p.u
-        if q is not None:
-            count, pairs, u = q.count, (q.vertices, q.weights, q.block, q.start, q.index), q.u
+        pairs = self.no_pairs if q is None else (q.vertices, q.weights, q.block, q.start, q.index)
         begin(self.residual, p.inverse, p.dx, p.r, p.z, p.p, p.q, p.scalars)
         for _ in range(0, c.linear_iterations, SWEEPS):
             iterate(
@@ -242,7 +240,6 @@ class Stepper:
                 s.bend_neighbour,
                 self.bend,
                 self.bend_scale,
-                count,
                 *pairs,
                 BLOCKS,
                 p.dx,
@@ -251,7 +248,6 @@ class Stepper:
                 p.p,
                 p.q,
                 p.w,
-                u,
                 p.part,
                 p.scalars,
             )
