@@ -102,6 +102,12 @@ class SimulateConfig:
     """Frames at rest between the two transitions."""
     threads: int = field(default=0, metadata={"ge": 0, "le": 1024})
     """CPU threads; 0 takes what the process may use. Results don't depend on it."""
+    error_bars: bool = False
+    """Whether windows of the sequence are simulated again, finer, and the difference is stored with it."""
+    error_bar_windows: int = field(default=3, metadata={"ge": 1, "le": 100})
+    """How many windows, spread over the sequence; fewer where it is too short."""
+    error_bar_frames: int = field(default=10, metadata={"ge": 1, "le": 300})
+    """Frames in a window."""
 
     def __post_init__(self) -> None:
         for knob, value in LEVELS[self.accuracy].items():
