@@ -2,13 +2,15 @@
 
 PYTHON ?= python3.11
 RECIPE ?= recipes/demo.toml
+PEERS ?= ../shared/peers
+RUNS ?= 3
 
 BIN := .venv/bin
 STAGES := body outfit simulate register encode train report
 RUN := $(BIN)/python -m pipeline run "$(RECIPE)" $(if $(MOTION),--motion "$(MOTION)") $(if $(FRAMES),--frames $(FRAMES)) $(if $(JOBS),--jobs $(JOBS))
 
 .DEFAULT_GOAL := help
-.PHONY: help env demo test status $(STAGES)
+.PHONY: help env demo test status peers curve extremes $(STAGES)
 
 help:
 	@echo "make demo                   set up, then make the demo: people, clothes, motion, models, report"
@@ -16,6 +18,9 @@ help:
 	@echo "make test                   set up, then lint, types and tests"
 	@echo "make STAGE RECIPE=FILE      run a recipe up to a stage: $(STAGES)"
 	@echo "make status RECIPE=FILE     show what is done"
+	@echo "make extremes               the solver at the extremes: docs/solver/extremes.md"
+	@echo "make curve PEERS=FOLDER     its error against time, Blender's beside it: docs/solver/curve.md; ARGS=--quick"
+	@echo "make peers PEERS=FOLDER     it and Blender in turn on common scenes: docs/solver/peers.md; RUNS=3, ARGS='--scenes A'"
 	@echo "make env                    set up only; PYTHON=/path/to/python3.11 if it isn't on the path, JOBS=N tasks at a time"
 
 env: .venv/.installed
@@ -44,3 +49,20 @@ test: env
 	$(BIN)/mypy
 	$(BIN)/lint-imports
 	$(BIN)/pytest
+
+# What measures the solver. Blender lives in an environment of its own, as its packages are pinned to its Python.
+extremes: env
+	@$(BIN)/python -m tools.solver.extremes $(ARGS)
+
+curve: env
+	@$(BIN)/python -m tools.solver.curve --peers "$(PEERS)" $(ARGS)
+
+peers: env .peers/.installed
+	@$(BIN)/python -m tools.solver.peers --peers "$(PEERS)" --runs $(RUNS) $(ARGS)
+
+.peers/.installed:
+	@test -f "$(PEERS)/run_blender.py" || { echo "$(PEERS): no run_blender.py there; name the peers' folder: make peers PEERS=/path/to/peers" >&2; exit 1; }
+	@echo "Setting up .peers with Blender as a Python module"
+	@test -x .peers/bin/python || "$(PYTHON)" -m venv .peers
+	@.peers/bin/python -m pip install --quiet --disable-pip-version-check bpy==4.5.15
+	@touch $@
