@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from store import codec
-from store.schema import SCHEMAS, Dataset, Schema
+from store.schema import SCHEMAS, SHARED_AXES, Dataset, Schema
 
 
 def schema_named(name: str) -> Schema:
@@ -82,8 +82,7 @@ def _check_shape(name: str, shape: tuple[int, ...], dataset: Dataset, sizes: dic
     if len(axes) != len(shape):
         raise ValueError(f"dataset {name!r}: shape must be ({', '.join(axes)}), got {shape}")
     for axis, size in zip(axes, shape):
-        # T is the shard's; the other names belong to one garment, as its vertices N and faces F.
-        scope = ("", "T") if axis == "T" else (name.rpartition("/")[0], axis)
+        scope = ("" if axis in SHARED_AXES else name.rpartition("/")[0], axis)
         wanted, source = (int(axis), "the schema") if axis.isdigit() else sizes.setdefault(scope, (size, name))
         if size != wanted:
             raise ValueError(f"dataset {name!r}: axis {axis} must be {wanted} as in {source}, got shape {shape}")

@@ -22,8 +22,8 @@ class Dataset:
     """What one dataset holds.
 
     Attributes:
-        axes: Names and sizes, such as "T V 3"; a name has one size in the whole shard if it is T, else in its group.
-            "..." allows any shape.
+        axes: Names and sizes, such as "T V 3"; a name has one size in the whole shard if it is T (frames), W or L
+            (windows and their frames), else in its group. "..." allows any shape.
         units: SI units of the decoded values; "1" for none.
         dtype: Type in the file: "float32", "int16" .., "bool", or "any".
         quantum: Step of the fixed point in `units`; 0 if the values are stored exactly.
@@ -79,6 +79,9 @@ def _positions(axes: str, *, origin: str = "trans") -> Dataset:
 
 _INDEX = "int32"
 
+SHARED_AXES = ("T", "W", "L")
+"""Axes that have one size in the whole shard; the others belong to a group, as a garment's vertices N and faces F."""
+
 SCHEMAS: dict[str, Schema] = {
     schema.name: schema
     for schema in (
@@ -110,10 +113,17 @@ SCHEMAS: dict[str, Schema] = {
         ),
         Schema(
             "simulate",
-            1,
+            2,
             {
                 "garments/*/vertices": _positions("T N 3"),
                 "garments/*/faces": Dataset("F 3", dtype=_INDEX),
+                # Error bars: in frames `error_frames` of T, how far the cloth was from where half the step, and a mesh
+                # of triangles cut in four, would have had it by then, from the same state a frame before the window.
+                "error_frames": Dataset("W L", dtype=_INDEX, optional=True),
+                "garments/*/step_error_rms": Dataset("W L", "m", optional=True),
+                "garments/*/step_error_max": Dataset("W L", "m", optional=True),
+                "garments/*/mesh_error_rms": Dataset("W L", "m", optional=True),
+                "garments/*/mesh_error_max": Dataset("W L", "m", optional=True),
             },
             ("fps", "garments", "quality"),
         ),

@@ -31,6 +31,10 @@ SOLVER = {
     "share_over_10_percent": ("edges > 10 %", 100.0, "%"),
     "solver_iterations": ("linear iterations", 1.0, ""),
     "seconds_transition": ("transition", 1.0, "s"),
+    "step_error_rms_m": ("error bar of the step, rms", 1e3, "mm"),
+    "step_error_max_m": ("error bar of the step, max", 1e3, "mm"),
+    "mesh_error_rms_m": ("error bar of the mesh, rms", 1e3, "mm"),
+    "mesh_error_max_m": ("error bar of the mesh, max", 1e3, "mm"),
 }
 
 

@@ -11,9 +11,9 @@ from model.body import load_free_body
 from stages.settings import build
 from stages.simulate import SPEC
 from stages.simulate.config import SimulateConfig
+from stages.simulate.error_bars import solve_with_bars
 from stages.simulate.outfit_scene import dress, make_garment, split
 from stages.simulate.quality import measure
-from stages.simulate.solve import solve
 from stages.spec import Progress, Task
 from store import publish, read
 
@@ -52,19 +52,20 @@ def run(task: Task, progress: Progress) -> dict[str, Any]:
         fps=fps,
         config=config,
     )
-    solution = solve(scene, config, lambda done, total: progress(done, total + 1, f"frame {done} of {total}"))
+    solution, bars = solve_with_bars(scene, config, lambda done, total, label: progress(done, total + 1, label))
     springs, report = solution.springs, solution.report
     quality = measure(
         solution.x, springs.edges, springs.rest_length, lambda k: scene.body(scene.record + k), scene.body_faces
     )
     quality |= {"steps": report.steps, "halvings": report.halvings, "solver_iterations": report.linear}
-    quality |= {"seconds_transition": len(way.vertices) / fps}
-    arrays = {f"garments/{g.name}/faces": g.faces for g in garments}
+    quality |= {"seconds_transition": len(way.vertices) / fps} | bars.summary()
+    arrays = bars.arrays() | {f"garments/{g.name}/faces": g.faces for g in garments}
     for name, x in split(solution.x, garments, trans).items():
         arrays[f"garments/{name}/vertices"] = x
     attrs = {"fps": fps, "garments": about, "layers": outfit.attrs["layers"], "quality": quality}
     publish(Path(task.output), SPEC.schema, task.key, arrays, attrs)
-    seconds = {part: round(spent, 2) for part, spent in report.seconds.items()}
+    spent = report.seconds | {f"error bars, {kind}": value for kind, value in bars.seconds.items()}
+    seconds = {part: round(value, 2) for part, value in spent.items()}
     return quality | {"vertices": solution.x.shape[1], "newton_iterations": report.newton, "seconds": seconds}
 
 

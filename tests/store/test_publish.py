@@ -51,6 +51,27 @@ def test_garments_are_groups(tmp_path: Path) -> None:
     assert "garments/top/faces" in found and "garments/top/nothing" not in found
 
 
+def _simulated(**bars: np.ndarray) -> dict[str, np.ndarray]:
+    """Two garments over three frames, and error bars by dataset ("top_..." are those of the top)."""
+    arrays: dict[str, np.ndarray] = {}
+    for name in ("skirt", "top"):
+        arrays[f"garments/{name}/vertices"] = np.zeros((3, 4, 3))
+        arrays[f"garments/{name}/faces"] = np.zeros((2, 3), int)
+    return arrays | {name.replace("top_", "garments/top/"): values for name, values in bars.items()}
+
+
+def test_error_bars_may_be_there_and_share_their_axes(tmp_path: Path) -> None:
+    attrs: dict[str, Any] = {"fps": 30, "garments": {}, "quality": {}}
+    store.publish(tmp_path / "without.h5", "simulate", KEY, _simulated(), attrs)
+    bars = {"error_frames": np.array([[1, 2]]), "top_step_error_rms": np.array([[1e-4, 2e-4]])}
+    store.publish(tmp_path / "with.h5", "simulate", KEY, _simulated(**bars), attrs)
+    found = store.read(tmp_path / "with.h5", "simulate")
+    np.testing.assert_allclose(found["garments/top/step_error_rms"], [[1e-4, 2e-4]], rtol=1e-6)
+    bars["top_mesh_error_max"] = np.zeros((1, 3))
+    with pytest.raises(store.ShardError, match=r"top/mesh_error_max': axis L must be 2 as in error_frames, got shape"):
+        store.publish(tmp_path / "odd.h5", "simulate", KEY, _simulated(**bars), attrs)
+
+
 def _without(name: str) -> dict[str, np.ndarray]:
     return {other: values for other, values in body_arrays().items() if other != name}
 

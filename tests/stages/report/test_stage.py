@@ -58,7 +58,8 @@ def publish_item(folder, item, kind, inputs, depth=0.0):
         moving = np.repeat(CAPE[None], frames, axis=0)
         moving[-1, 2:, 1] = 0.1 - depth if depth else 0.15
         cloth = {"garments/cape/vertices": moving, "garments/cape/faces": CAPE_FACES}
-        publish(folder, "simulate", item, cloth, {"fps": 30, "garments": garments, "quality": {"steps": 77}}, inputs)
+        quality = {"steps": 77, "step_error_rms_m": 1.5e-4}
+        publish(folder, "simulate", item, cloth, {"fps": 30, "garments": garments, "quality": quality}, inputs)
 
 
 def publish(folder, stage, item, arrays, attrs, inputs):
@@ -176,6 +177,7 @@ def test_figures_and_badges_tell_the_good_from_the_bad(report):
     assert "20.00 mm" in text[deep:good]
     assert 'class="fail"' not in text[good:]
     assert "77" in text[good:]
+    assert re.search(r"error bar of the step, rms\W.{0,40}0\.15 mm", text[good:], re.DOTALL)
 
 
 def test_progress_rises_to_the_total(report):

@@ -1,0 +1,67 @@
+"""The state of a simulation at one moment, to go on from there a second time."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from stages.simulate.stepper import Stepper
+
+CLOTH = ("x", "v", "x_old", "v_old")
+PAIRS = ("age", "lasts", "total", "faces_first")
+PAIR_LISTS = ("found_vertices", "side", "gap")
+
+
+@dataclass(frozen=True, kw_only=True)
+class Snapshot:
+    """All that a step takes from the steps before it.
+
+    Attributes:
+        time: When [s]; last_dt: The step that led there [s].
+        cloth: x, v and those a step earlier, x_old, v_old, shape [N, 3] each.
+        shear: Elastic slip of the friction [m], shape [N, 3].
+        pairs: The list of pairs of cloth in use and its age; empty if cloth doesn't collide or the list is to be new.
+    """
+
+    time: float
+    last_dt: float
+    cloth: dict[str, np.ndarray]
+    shear: np.ndarray
+    pairs: dict[str, Any]
+
+
+def take(stepper: Stepper) -> Snapshot:
+    """A copy of the state of `stepper`, between two steps."""
+    pairs: dict[str, Any] = {}
+    if stepper.pairs is not None:
+        pairs = {name: getattr(stepper.pairs, name) for name in PAIRS}
+        pairs |= {name: getattr(stepper.pairs, name)[: stepper.pairs.total].copy() for name in PAIR_LISTS}
+    return Snapshot(
+        time=stepper.time,
+        last_dt=stepper.last_dt,
+        cloth={name: getattr(stepper, name).copy() for name in CLOTH},
+        shear=stepper.contact.shear.copy(),
+        pairs=pairs,
+    )
+
+
+def restore(stepper: Stepper, snapshot: Snapshot) -> None:
+    """Put `stepper`, of the same cloth, into the state of `snapshot`: from there it makes the same steps."""
+    stepper.time, stepper.last_dt = snapshot.time, snapshot.last_dt
+    for name, values in snapshot.cloth.items():
+        np.copyto(getattr(stepper, name), values)
+    np.copyto(stepper.contact.shear, snapshot.shear)
+    pairs = stepper.pairs
+    if pairs is None:
+        return
+    if not snapshot.pairs:
+        pairs.age = pairs.lasts = pairs.every
+        return
+    if snapshot.pairs["total"] > len(pairs.gap):
+        pairs._room(int(snapshot.pairs["total"] * 1.3))
+    for name in PAIRS:
+        setattr(pairs, name, snapshot.pairs[name])
+    for name in PAIR_LISTS:
+        getattr(pairs, name)[: pairs.total] = snapshot.pairs[name]
