@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import argparse
 import json
-import resource
 import sys
 from collections.abc import Sequence
 from pathlib import Path
@@ -14,6 +13,7 @@ import numpy as np
 
 from stages.simulate.config import LEVELS, SimulateConfig
 from stages.simulate.fabric import Fabric
+from stages.simulate.record import counts, peak_memory_mb
 from stages.simulate.scene import Garment, Scene
 from stages.simulate.scene_file import SceneFile, read_scene
 from stages.simulate.solve import solve
@@ -49,11 +49,8 @@ def _solve(file: SceneFile, config: SimulateConfig, out: Path) -> int:
     report = solution.report
     line = {
         "wall_s_per_simulated_s": wall / (scene.frames / scene.fps),
-        "steps": report.steps,
-        "newton_iterations": report.newton,
-        "linear_iterations": report.linear,
-        "halvings": report.halvings,
-        "peak_memory_mb": resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024,
+        **counts(report),
+        "peak_memory_mb": peak_memory_mb(),
         "seconds": {part: round(spent, 3) for part, spent in report.seconds.items()},
     }
     print(json.dumps(line))

@@ -14,6 +14,7 @@ from stages.simulate.config import SimulateConfig
 from stages.simulate.error_bars import solve_with_bars
 from stages.simulate.outfit_scene import dress, make_garment, split
 from stages.simulate.quality import measure
+from stages.simulate.record import counts, forget_peak, peak_memory_mb
 from stages.spec import Progress, Task
 from store import publish, read
 
@@ -24,6 +25,7 @@ def run(task: Task, progress: Progress) -> dict[str, Any]:
     Raises:
         DataError: The scene can't be simulated: a broken mesh, a body that isn't finite, a step that fails.
     """
+    forget_peak()
     config = build(SimulateConfig, task.config)
     body, outfit = (read(*_place(task, stage)) for stage in ("body", "outfit"))
     about = outfit.attrs["garments"]
@@ -57,8 +59,7 @@ def run(task: Task, progress: Progress) -> dict[str, Any]:
     quality = measure(
         solution.x, springs.edges, springs.rest_length, lambda k: scene.body(scene.record + k), scene.body_faces
     )
-    quality |= {"steps": report.steps, "halvings": report.halvings, "solver_iterations": report.linear}
-    quality |= {"seconds_transition": len(way.vertices) / fps} | bars.summary()
+    quality |= counts(report) | {"seconds_transition": len(way.vertices) / fps} | bars.summary()
     arrays = bars.arrays() | {f"garments/{g.name}/faces": g.faces for g in garments}
     for name, x in split(solution.x, garments, trans).items():
         arrays[f"garments/{name}/vertices"] = x
@@ -66,7 +67,8 @@ def run(task: Task, progress: Progress) -> dict[str, Any]:
     publish(Path(task.output), SPEC.schema, task.key, arrays, attrs)
     spent = report.seconds | {f"error bars, {kind}": value for kind, value in bars.seconds.items()}
     seconds = {part: round(value, 2) for part, value in spent.items()}
-    return quality | {"vertices": solution.x.shape[1], "newton_iterations": report.newton, "seconds": seconds}
+    # Memory and time differ from run to run: they go into the receipt, and the shard keeps equal bytes.
+    return quality | {"vertices": solution.x.shape[1], "peak_memory_mb": peak_memory_mb(), "seconds": seconds}
 
 
 def _place(task: Task, stage: str) -> tuple[Path, str, str]:

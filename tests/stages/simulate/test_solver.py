@@ -135,7 +135,10 @@ def test_scene_file_program(tmp_path: Path) -> None:
     command = [sys.executable, "-m", "stages.simulate", "scene", str(tmp_path / "s.npz"), "--out", str(tmp_path / "o")]
     run = subprocess.run([*command[:-1], str(tmp_path / "o.npz")], capture_output=True, text=True, timeout=120)
     assert run.returncode == 0, run.stderr
-    assert json.loads(run.stdout.splitlines()[-1])["steps"] >= 8
+    line = json.loads(run.stdout.splitlines()[-1])
+    assert line["steps"] >= 8
+    assert line["contacts"] == 0
+    assert 50 < line["peak_memory_mb"] < 2000
     x = np.load(tmp_path / "o.npz")["x"]
     assert x.shape == (3, 25, 3)
     np.testing.assert_allclose(x[:, [0, 4]], vertices[[0, 4]][None].repeat(3, 0), atol=1e-6)
