@@ -169,3 +169,29 @@ def test_bending_energy_of_a_cylinder(edge: float) -> None:
     assert abs(energy(flat)) < 1e-12
     exact = 0.5 * rigidity * face_areas(flat, faces).sum() / radius**2
     assert energy(x) == pytest.approx(exact, rel=0.12)
+
+
+def test_bending_force_is_the_gradient_of_its_energy() -> None:
+    # A rumpled sheet of no stretch, weight or inertia to speak of: what is left is bending, whose Hessian is constant.
+    vertices, faces = sheet(6, 5, 0.02)
+    limp = replace(PLAIN, density=1e-9, stretch_stiffness=1e-12, shear_stiffness=1e-12, bend_stiffness=1e-4)
+    s = stepper(scene(garment(vertices, faces, limp)), self_collision=False, precision="f64", gravity=0.0)
+    rng = np.random.default_rng(2)
+    x = vertices + rng.normal(scale=3e-3, size=vertices.shape)
+    s.y[:] = s.x_bar[:] = x
+    pairs = _bending(s.springs)
+
+    def energy(p: np.ndarray) -> float:
+        return -sum(0.5 * q * float(((p[a] - p[b]) ** 2).sum()) for q, (a, b), _ in pairs)
+
+    assert energy(x) > 1e-6
+    force = _residual(s, x)
+    assert np.abs(force).max() > 1e-4
+    for vertex, axis in ((0, 2), (8, 0), (14, 1), (21, 2), (29, 0)):
+        e = np.zeros_like(x)
+        e[vertex, axis] = 1e-5
+        slope = (energy(x + e) - energy(x - e)) / 2e-5
+        assert -force[vertex, axis] == pytest.approx(slope, abs=1e-6 * np.abs(force).max())
+    matrix, d = _matrix(s), rng.normal(size=x.shape)
+    slope = (_residual(s, x + 1e-4 * d) - _residual(s, x - 1e-4 * d)).ravel() / 2e-4
+    np.testing.assert_allclose(-matrix @ d.ravel(), slope, atol=1e-6 * np.abs(slope).max())

@@ -1,13 +1,15 @@
-"""Contact of cloth with cloth: layers stay apart and in order, momentum is kept."""
+"""Contact of cloth with cloth: layers stay apart and in order, momentum is kept, forces are gradients."""
 
 from dataclasses import replace
 
 import numpy as np
+import pytest
 from small_scenes import EXACT, PLAIN, garment, scene, sheet, stepper
 
 from stages.simulate.config import SimulateConfig
 from stages.simulate.scene import Scene
 from stages.simulate.solve import solve
+from stages.simulate.stepper import Stepper
 
 
 def _crossings(x: np.ndarray, faces: np.ndarray) -> int:
@@ -82,3 +84,80 @@ def test_pair_forces_keep_momentum() -> None:
     moved = s.springs.mass[:, None] * s.v
     assert np.abs(moved[:36].sum(0)).max() > 1e-6, "they must push each other"
     np.testing.assert_allclose(moved.sum(0), 0, atol=1e-9)
+
+
+def _pressed(kind: str) -> Stepper:
+    """Two triangles 0.6 mm apart, far from each other at rest: a corner above a face, or two edges that cross."""
+    if kind == "vertex-face":
+        low = np.array([[0.0, 0.0, 0.0], [0.1, 0.0, 0.003], [0.02, 0.09, 0.0]])
+        up = np.array([[0.035, 0.03, 0.0016], [0.05, 0.04, 0.06], [0.01, 0.05, 0.055]])
+    else:
+        low = np.array([[0.0, 0.0, 0.0], [0.01, 0.001, 0.0002], [0.005, 0.009, -0.006]])
+        up = np.array([[0.004, -0.005, 0.0008], [0.0055, 0.006, 0.0011], [0.005, 0.0, 0.009]])
+    rest = np.concatenate([low, up + np.array([0.0, 0.0, 0.2])])
+    one = scene(
+        garment(rest, np.array([[0, 1, 2], [3, 4, 5]], np.int32), replace(PLAIN, friction=0.0)),
+        start=np.concatenate([low, up]),
+    )
+    s = stepper(one, precision="f64", pair_damping=0.0)
+    assert s.pairs is not None
+    s.pairs.search(s.x, s.v, 1 / 240)
+    return s
+
+
+def _pair_force(s: Stepper, x: np.ndarray) -> np.ndarray:
+    assert s.pairs is not None
+    force = np.zeros_like(x)
+    s.pairs.evaluate(x, x, 1 / 240, force, np.zeros((len(x), 6)))
+    return force
+
+
+def _pair_energy(s: Stepper, kind: str, x: np.ndarray) -> float:
+    """E = k/2 (gap - d)^2, k the stiffness times the mean area of the four vertices, d the distance of the parts."""
+    if kind == "vertex-face":
+        four, normal, a, b = (3, 0, 1, 2), np.cross(x[1] - x[0], x[2] - x[0]), x[3], x[0]
+    else:
+        four, normal, a, b = (0, 1, 3, 4), np.cross(x[1] - x[0], x[4] - x[3]), x[3], x[0]
+    distance = abs((a - b) @ normal) / np.linalg.norm(normal)
+    k = s.config.contact_stiffness * s.springs.area[list(four)].mean()
+    return float(0.5 * k * max(0.0, s.config.thickness - distance) ** 2)
+
+
+@pytest.mark.parametrize("kind", ["vertex-face", "edge-edge"])
+def test_pair_force_is_the_gradient_of_its_energy(kind: str) -> None:
+    s = _pressed(kind)
+    force = _pair_force(s, s.x)
+    assert s.pairs is not None
+    assert s.pairs.count == 1, "one pair and nothing else"
+    assert np.abs(force).max() > 1e-3
+    step = 1e-8
+    for vertex in range(6):
+        for axis in range(3):
+            e = np.zeros_like(s.x)
+            e[vertex, axis] = step
+            slope = (_pair_energy(s, kind, s.x + e) - _pair_energy(s, kind, s.x - e)) / (2 * step)
+            assert -force[vertex, axis] == pytest.approx(slope, abs=1e-5 * np.abs(force).max())
+
+
+@pytest.mark.parametrize("kind", ["vertex-face", "edge-edge"])
+def test_pair_stiffness_is_the_derivative_of_its_force(kind: str) -> None:
+    # The block is that of Gauss and Newton, k n n^T w_i w_j: the derivative for every motion that doesn't turn the
+    # normal. A shift of each part as a whole is such a motion.
+    s = _pressed(kind)
+    _pair_force(s, s.x)
+    assert s.pairs is not None
+    corners, w, block = s.pairs.vertices[0], s.pairs.weights[0], s.pairs.block[0]
+    k = block[0] * np.eye(3) + np.outer(block[1:], block[1:])
+    assert np.linalg.norm(k) > 1.0
+    parts = (np.array([3]), np.array([0, 1, 2])) if kind == "vertex-face" else (np.array([0, 1]), np.array([3, 4]))
+    rng = np.random.default_rng(0)
+    for moved in parts:
+        e = np.zeros_like(s.x)
+        e[moved] = rng.normal(size=3)
+        slope = (_pair_force(s, s.x + 1e-8 * e) - _pair_force(s, s.x - 1e-8 * e)) / 2e-8
+        shift = w @ e[corners]
+        # Where the shift moves the point of contact along, the parts' shares of the force change, not their sums.
+        for part in parts:
+            weight = w[np.isin(corners, part)].sum()
+            expected = -weight * k @ shift
+            np.testing.assert_allclose(slope[part].sum(0), expected, atol=1e-4 * np.linalg.norm(k @ shift))
