@@ -12,7 +12,7 @@ from typing import Any
 from tools.solver import tables
 from tools.solver.child import run
 from tools.solver.extreme_cases import CASES, Case
-from tools.solver.judging import BODY_SHARE, DEPTH, ENERGY_SLACK, Verdict, judge
+from tools.solver.judging import BOUNCE, DEPTH, ENERGY_SLACK, WHIP, Verdict, judge
 
 START_UP = 60.0
 """Time to import, and to compile kernels, on top of a case's own limit [s]."""
@@ -25,7 +25,8 @@ COLUMNS = {
     "frames": "frames",
     "max_speed": "fastest [m/s]",
     "speed_bound": "bound [m/s]",
-    "energy_gain": "energy gain",
+    "energy_gain_j": "energy gained [J]",
+    "energy_bound_j": "bound [J]",
     "depth_start_mm": "in body, start [mm]",
     "depth_worst_mm": "worst [mm]",
     "depth_end_mm": "end [mm]",
@@ -42,10 +43,12 @@ TEXT = f"""# The solver at the extremes
 `make extremes` makes this table: {{count}} cases, each in a process of its own with a time limit. A case is finite, or
 refused before its first step with a reason; anything else is FAILED: a value that isn't finite, a process that crashes
 or doesn't end, a step that can't be solved, depth in the body beyond {1e3 * DEPTH:g} mm and beyond that of the start,
-and energy from nowhere. Where nothing but the cloth moves, its energy (motion, height, stretch, bending) may exceed
-that of the start by {100 * ENERGY_SLACK:g} % of its greatest fall in height energy at most; the table gives the share.
-Where body or pins move, the cloth may be no faster than {BODY_SHARE:g} times the fastest of them plus a free fall
-through the scene, plus, if it starts inside a body or tangled, 1 m/s (5 m/s for the crumpled one).
+and energy from nowhere. The cloth's energy (motion, height, stretch, bending) may exceed that of the start by the work
+put in: as if all of it had bounced at {BOUNCE:g} times the speed of the fastest body vertex or pin, and had risen as
+far as the body; by the energy of 1 m/s, if it starts inside a body or tangled (5 m/s for the crumpled sheet); and by
+{100 * ENERGY_SLACK:g} % of its greatest fall in height energy. Where nothing but the cloth moves only the last counts.
+No vertex may be faster than {WHIP:g} times the fastest body and a free fall through the scene together, as hems crack
+like whips.
 Depth is libigl's signed distance; crossings are pairs of the cloth's own faces that pass through each other.
 
 {{outcomes}}. Commit {{commit}}, {{date}}.

@@ -20,11 +20,13 @@ from tools.solver.energy import Energy, EnergyMeter
 from tools.solver.extreme_cases import Case
 
 ENERGY_SLACK = 0.01
-"""By how much energy may grow where nothing moves, as a share of the greatest fall in height energy so far."""
+"""By how much energy may exceed what was put in, as a share of the greatest fall in height energy."""
 RESTING_SPEED = 0.01
 """Cloth no faster than this on average counts as at rest [m/s]: the slack where there is no fall."""
-BODY_SHARE = 3.0
-"""Greatest speed of cloth over that of the body or pins which moves it: 2 is an elastic hit, the rest whip."""
+BOUNCE = 2.0
+"""Speed over that of what hit it, of cloth that bounces off without loss."""
+WHIP = 5.0
+"""Greatest speed of any vertex over that of body, pins and free fall together: hems crack like whips."""
 DEPTH = 0.5e-3
 """Depth in the body that counts as penetration [m]."""
 LOOKS = 40
@@ -41,7 +43,7 @@ class Verdict:
         outcome: "finite", "refused" (before the first step) or "FAILED"; reason: of a refusal or a failure.
         vertices, frames, steps, halvings: Counts; wall_s: time in the solver [s].
         max_speed, speed_bound: Of the cloth, at the end of any frame [m/s].
-        energy_gain: Greatest energy less that of the start, over the greatest fall in height energy.
+        energy_gain_j, energy_bound_j: Greatest energy less that of the start, and what may have been put in [J].
         depth_start_mm, depth_worst_mm, depth_end_mm: In the body.
         crossings_start, crossings_end: Pairs of faces of the cloth that pass through each other.
     """
@@ -55,7 +57,8 @@ class Verdict:
     wall_s: float = 0.0
     max_speed: float | None = None
     speed_bound: float | None = None
-    energy_gain: float | None = None
+    energy_gain_j: float | None = None
+    energy_bound_j: float | None = None
     depth_start_mm: float | None = None
     depth_worst_mm: float | None = None
     depth_end_mm: float | None = None
@@ -128,39 +131,45 @@ def _motion(case: Case, scene: Scene, watch: Watch, verdict: Verdict) -> list[st
     if not np.isfinite(watch.speeds).all():
         return [f"not finite in frame {int(np.argmin(np.isfinite(watch.speeds)))}"]
     assert watch.stepper is not None
-    mass = float(watch.stepper.springs.mass.sum())
-    start = watch.energies[0]
+    start, mass = watch.energies[0], float(watch.stepper.springs.mass.sum())
     fall = max(start.height - min(e.height for e in watch.energies), 0.0)
-    verdict.max_speed = round(max(watch.speeds), 3)
+    slack = max(ENERGY_SLACK * fall, 0.5 * mass * RESTING_SPEED**2)
+    drive, rise = (0.0, 0.0) if case.still else driven(scene)
+    put_in = 0.5 * mass * ((BOUNCE * drive) ** 2 + case.push**2) + mass * abs(watch.gravity) * rise
+    totals = [e.total - start.total for e in watch.energies]
+    gain = max(totals)
+    drop = float(scene.start[:, 2].max() - watch.stepper.x[:, 2].min())
+    bound = WHIP * (drive + np.sqrt(2 * abs(watch.gravity) * max(drop, 0.0)) + RESTING_SPEED) + case.push
+    verdict.energy_gain_j, verdict.energy_bound_j = float(f"{gain:.3g}"), float(f"{put_in + slack:.3g}")
+    verdict.max_speed, verdict.speed_bound = round(max(watch.speeds), 3), round(float(bound), 3)
     faults = []
-    if case.still:
-        gain = max(e.total for e in watch.energies) - start.total
-        scale = max(fall, 0.5 * mass * RESTING_SPEED**2 / ENERGY_SLACK)
-        verdict.energy_gain = round(gain / scale, 5)
-        if gain > ENERGY_SLACK * scale:
-            frame = int(np.argmax([e.total for e in watch.energies]))
-            faults.append(f"energy grew by {100 * gain / scale:.1f} % of the fall, greatest in frame {frame}")
-    else:
-        drop = scene.start[:, 2].max() - watch.stepper.x[:, 2].min()
-        bound = BODY_SHARE * fastest_drive(scene) + np.sqrt(2 * 9.81 * max(drop, 0.0)) + case.push
-        verdict.speed_bound = round(float(bound), 3)
-        if verdict.max_speed > bound:
-            frame = int(np.argmax(watch.speeds))
-            faults.append(f"cloth reached {verdict.max_speed:.1f} m/s in frame {frame}, more than {bound:.1f}")
+    if gain > put_in + slack:
+        frame = int(np.argmax(totals))
+        share = f", {100 * gain / fall:.1f} % of the fall" if fall > 0 else ""
+        faults.append(
+            f"energy grew by {gain:.2g} J, more than {put_in + slack:.2g} J{share}, greatest in frame {frame}"
+        )
+    if verdict.max_speed > bound:
+        frame = int(np.argmax(watch.speeds))
+        faults.append(f"cloth reached {verdict.max_speed:.1f} m/s in frame {frame}, more than {bound:.1f}")
     return faults
 
 
-def fastest_drive(scene: Scene) -> float:
-    """Greatest speed of any body vertex or pin from frame to frame, or of the cloth at the start [m/s]."""
-    fastest = float(np.linalg.norm(scene.velocity))
-    for k in range(1, scene.body_frames):
-        step = np.linalg.norm(scene.body(k) - scene.body(k - 1), axis=1).max(initial=0.0)
-        fastest = max(fastest, float(step) * scene.fps)
-    if scene.pin_goal is not None:
-        goals = [scene.pin_goal(k / scene.fps).copy() for k in range(scene.frames + 1)]
-        steps = np.linalg.norm(np.diff(goals, axis=0), axis=2)
-        fastest = max(fastest, float(steps.max(initial=0.0)) * scene.fps)
-    return fastest
+def driven(scene: Scene) -> tuple[float, float]:
+    """Greatest speed [m/s] of any body vertex or pin from frame to frame, and how far any rises [m]."""
+    speed, low, high = float(np.linalg.norm(scene.velocity)), np.inf, -np.inf
+    before = None
+    for k in range(max(scene.body_frames, scene.frames + 1 if scene.pin_goal is not None else 0)):
+        now = np.asarray(scene.body(min(k, scene.body_frames - 1)), np.float64)
+        if scene.pin_goal is not None:
+            now = np.concatenate([now, scene.pin_goal(k / scene.fps)])
+        if before is not None and len(now):
+            step = now - before
+            speed = max(speed, float(np.linalg.norm(step, axis=1).max()) * scene.fps)
+        if len(now):
+            low, high = min(low, float(now[:, 2].mean())), max(high, float(now[:, 2].mean()))
+        before = now
+    return speed, max(high - low, 0.0) if np.isfinite(low) else 0.0
 
 
 def _places(scene: Scene, x: np.ndarray, verdict: Verdict) -> list[str]:

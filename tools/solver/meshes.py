@@ -31,8 +31,7 @@ def sheet(count: int, edge: float) -> Mesh:
 def graded(finest: float, coarsest: float, radius: float) -> Mesh:
     """A disc whose edges grow from `finest` in the middle to `coarsest` at the rim [m]."""
     rings, r = [np.zeros((1, 2))], 0.0
-    while r < radius:
-        edge = finest + (coarsest - finest) * r / radius
+    while r + (edge := finest + (coarsest - finest) * r / radius) < radius + 0.5 * edge:
         r += edge
         count = max(6, round(2 * np.pi * r / edge))
         angle = 2 * np.pi * (np.arange(count) + 0.5 * (len(rings) % 2)) / count

@@ -147,9 +147,10 @@ def measure(bench: Bench, name: str, runs: int, self_errors: bool) -> list[dict[
             _tell(name, f"{solver}, round {number + 1}", ended)
     rows = [_row(bench, name, solver, ended, load) for solver, ended in times.items()]
     rounds = [(_wall(a), _wall(b)) for a, b in zip(times[BLENDER], times[STANDARD])]
-    ratios = [a / b for a, b in rounds if a and b]
-    if ratios:
-        rows[0] |= {"ratio": median(ratios), "ratios": ratios}
+    both = [(a, b) for a, b in rounds if a and b]
+    if both:
+        ratios = [a / b for a, b in both]
+        rows[0] |= {"ratio": median(ratios), "ratios": ratios, "walls_in_turn": [b for _, b in both]}
     if self_errors:
         for solver in ("preview", "reference"):
             ended = bench.ours(name, solver)

@@ -117,8 +117,8 @@ def moved(change: Callable[[int], float]) -> Callable[[int], np.ndarray]:
     return lambda k: np.array([change(k), 0.0, 0.0])
 
 
-def swing(speed: float, cloth: Fabric = PLAIN, mesh: Mesh | None = None) -> Scene:
-    """A limb that comes at `speed` [m/s] and goes through a curtain, which hangs from the corners of its top."""
+def swing(speed: float, cloth: Fabric = PLAIN, mesh: Mesh | None = None, held: bool = True) -> Scene:
+    """A limb that comes at `speed` [m/s] and goes through a curtain, held at the corners of its top or falling."""
     vertices, faces = cloth_of(mesh)
     upright = vertices[:, [2, 0, 1]]
     top = upright[:, 2].max()
@@ -131,7 +131,9 @@ def swing(speed: float, cloth: Fabric = PLAIN, mesh: Mesh | None = None) -> Scen
     def place(k: int) -> np.ndarray:
         return np.array([-0.25 - 0.05 - GAP + speed / FPS * min(k, stop), 0.0, 0.0])
 
-    return scene([garment((upright, faces), cloth)], upright, frames, (lying, limb_faces), place, pins)
+    return scene(
+        [garment((upright, faces), cloth)], upright, frames, (lying, limb_faces), place, pins if held else None
+    )
 
 
 def sleeve(gap: float, frames: int = 15) -> Scene:

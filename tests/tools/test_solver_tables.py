@@ -1,0 +1,75 @@
+"""What is claimed of the solver in docs/solver/README.md, read from the tables there."""
+
+import sys
+from pathlib import Path
+
+import pytest
+
+sys.path.insert(0, str(Path(__file__).resolve().parents[2]))
+
+from tools.solver import tables
+from tools.solver.curve_points import SCENES as CURVE_SCENES
+from tools.solver.extreme_cases import CASES
+from tools.solver.peers import SCENES as PEER_SCENES
+
+
+def made(name):
+    """The data of a committed table; skips while it hasn't been made."""
+    data = tables.read(name)
+    if data is None:
+        pytest.skip(f"docs/solver/{name}.json hasn't been made: make {name}")
+    return data
+
+
+def test_no_extreme_fails_and_none_is_missing():
+    rows = {row["name"]: row for row in made("extremes")["cases"]}
+    assert list(rows) == list(CASES)
+    assert {name: row["reason"] for name, row in rows.items() if row["outcome"] not in ("finite", "refused")} == {}
+    assert all(row["reason"] for row in rows.values() if row["outcome"] == "refused")
+    assert sum(row["outcome"] == "refused" for row in rows.values()) <= len(rows) // 8
+
+
+def test_every_extreme_stays_within_its_bounds():
+    for row in made("extremes")["cases"]:
+        if row["outcome"] == "finite":
+            assert row["energy_gain_j"] <= row["energy_bound_j"], row["name"]
+            assert row["max_speed"] <= row["speed_bound"], row["name"]
+            assert (row["depth_end_mm"] or 0.0) <= 0.5, row["name"]
+
+
+@pytest.mark.parametrize("scene", ["A", "A20", "C"])
+def test_standard_beats_blender(scene):
+    rows = {row["solver"]: row for row in made("peers")["rows"] if row["scene"] == scene}
+    ours, theirs = rows["standard"], rows["Blender 14"]
+    assert len(ours["ratios"]) >= 3 and ours["ratio"] >= 6.0
+    assert ours["penetration_mm_max"] == 0.0 and ours["self_intersections_max"] == 0
+    assert ours["strain_p99"] <= theirs["strain_p99"] and ours["stretch_max"] <= theirs["stretch_max"]
+
+
+def test_the_comparison_is_whole():
+    rows = made("peers")["rows"]
+    assert {row["scene"] for row in rows} == set(PEER_SCENES)
+    assert not [row for row in rows if row.get("fault")]
+    assert {row["solver"] for row in rows} >= {"preview", "standard", "reference", "Blender 14"}
+
+
+def test_error_falls_with_the_level():
+    scenes = made("curve")["scenes"]
+    assert set(scenes) == set(CURVE_SCENES)
+    for name, scene in scenes.items():
+        rows = {row["point"]: row for row in scene["points"]}
+        assert not [row["point"] for row in scene["points"] if "fault" in row], name
+        # Half a second where a clip or a scene ends before one.
+        key = "error_1s_mm" if "error_1s_mm" in rows["standard"] else "error_0.5s_mm"
+        assert rows["standard"][key] < rows["preview"][key], name
+        assert rows["standard"]["wall_s_per_simulated_s"] < rows["reference"]["wall_s_per_simulated_s"], name
+
+
+def test_pages_show_the_same_rows_as_the_data():
+    for name, key in (("extremes", "cases"), ("peers", "rows")):
+        data = tables.read(name)
+        if data is not None:
+            page = (tables.DOCS / f"{name}.md").read_text()
+            rows = [line for line in page.splitlines() if line.startswith("| ") and "---" not in line]
+            assert len(rows) == len(data[key]) + 1
+            assert data["made"]["commit"] in page
