@@ -11,7 +11,7 @@ import pytest
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[2]))
 
-from stages.simulate.solve import make_springs
+from stages.simulate.solve import make_springs, make_stepper
 from stages.spec import DataError
 from tools.solver import curve, extremes, judging, meshes, peers, tables
 from tools.solver.child import Ended, run
@@ -102,16 +102,17 @@ def test_a_good_case_is_finite():
     ],
 )
 def test_what_goes_wrong_is_seen(spoil, fault, monkeypatch):
-    def solve(scene, config, progress):
-        stepper = judging.solving.make_stepper(scene, config)
+    def solve(scene, config, observe):
+        stepper = make_stepper(scene, config)
+        observe(0, stepper)
         stepper.v[:, 2] = -1.0
         stepper.x[:, 2] -= 1e-3
         spoil(stepper)
         x = np.stack([scene.start, stepper.x])
-        progress(1, 1)
+        observe(1, stepper)
         return type("Solution", (), {"x": x, "report": stepper.report})
 
-    monkeypatch.setattr(judging.solving, "solve", solve)
+    monkeypatch.setattr(judging, "solve", solve)
     heavy = replace(SMALL, push=1.5) if "500" in fault else SMALL
     verdict = judge(heavy, threads=1)
     assert verdict.outcome == "FAILED" and fault in verdict.reason
@@ -119,12 +120,13 @@ def test_what_goes_wrong_is_seen(spoil, fault, monkeypatch):
 
 @pytest.mark.parametrize(("steps", "outcome"), [(0, "refused"), (3, "FAILED")])
 def test_a_refusal_counts_only_before_the_first_step(steps, outcome, monkeypatch):
-    def solve(scene, config, progress):
-        stepper = judging.solving.make_stepper(scene, config)
+    def solve(scene, config, observe):
+        stepper = make_stepper(scene, config)
+        observe(0, stepper)
         stepper.report.steps = steps
         raise DataError("edge 0-1 is too short")
 
-    monkeypatch.setattr(judging.solving, "solve", solve)
+    monkeypatch.setattr(judging, "solve", solve)
     verdict = judge(SMALL, threads=1)
     assert verdict.outcome == outcome and "edge 0-1 is too short" in verdict.reason
 

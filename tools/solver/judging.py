@@ -5,15 +5,14 @@ from __future__ import annotations
 from dataclasses import asdict, dataclass
 from time import perf_counter
 from typing import Any
-from unittest.mock import patch
 
 import igl
 import numpy as np
 
 from model.mesh.intersection import self_intersecting_faces
-from stages.simulate import solve as solving
 from stages.simulate.config import SimulateConfig
 from stages.simulate.scene import Scene
+from stages.simulate.solve import joined, solve
 from stages.simulate.stepper import Stepper
 from stages.spec import DataError
 from tools.solver.energy import Energy, EnergyMeter
@@ -79,18 +78,13 @@ class Watch:
         self.energies: list[Energy] = []
         self.speeds: list[float] = []
 
-    def begin(self, stepper: Stepper) -> None:
-        """Take note of the start."""
-        self.stepper = stepper
-        self.meter = EnergyMeter(self.scene, stepper.springs, self.gravity)
-        self.look()
-
-    def look(self, *_: int) -> None:
-        """Take note of the state."""
-        assert self.stepper is not None
-        x, v = self.stepper.x, self.stepper.v
-        self.energies.append(self.meter(x, v))
-        self.speeds.append(float(np.linalg.norm(v, axis=1).max()))
+    def look(self, frame: int, stepper: Stepper) -> None:
+        """Take note of the state at the end of `frame`."""
+        if self.stepper is None:
+            self.stepper = stepper
+            self.meter = EnergyMeter(self.scene, stepper.springs, self.gravity)
+        self.energies.append(self.meter(stepper.x, stepper.v))
+        self.speeds.append(float(np.linalg.norm(stepper.v, axis=1).max()))
 
 
 def judge(case: Case, threads: int = 0) -> Verdict:
@@ -101,18 +95,10 @@ def judge(case: Case, threads: int = 0) -> Verdict:
     except DataError as error:
         return Verdict("refused", f"before the scene: {error}")
     watch = Watch(scene, config.gravity)
-    make = solving.make_stepper
-
-    def watched(scene: Scene, config: SimulateConfig) -> Stepper:
-        stepper = make(scene, config)
-        watch.begin(stepper)
-        return stepper
-
     verdict = Verdict("finite", vertices=len(scene.start), frames=scene.frames)
     clock = perf_counter()
     try:
-        with patch.object(solving, "make_stepper", watched):
-            solution = solving.solve(scene, config, watch.look)
+        solution = solve(scene, config, observe=watch.look)
     except DataError as error:
         begun = watch.stepper is not None and watch.stepper.report.steps > 0
         verdict.outcome, verdict.reason = ("FAILED", f"gave up: {error}") if begun else ("refused", str(error))
@@ -177,7 +163,7 @@ def _places(scene: Scene, x: np.ndarray, verdict: Verdict) -> list[str]:
     finite = np.isfinite(x).all((1, 2))
     if not finite.all():
         return [f"frame {int(np.argmin(finite))} isn't finite"]
-    _, faces, _, _ = solving.joined(scene)
+    _, faces, _, _ = joined(scene)
     if len(faces) <= MOST_FACES:
         verdict.crossings_start = len(self_intersecting_faces(scene.start, faces))
         verdict.crossings_end = len(self_intersecting_faces(x[-1], faces))
