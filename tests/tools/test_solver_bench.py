@@ -266,12 +266,14 @@ def test_own_errors_are_against_the_solvers_own_reference(tmp_path, monkeypatch)
     folder = peers_folder(tmp_path / "peers")
     places = {"preview": 0.004, "standard": 0.002, "reference": 0.0, "Blender 14": 0.105, "Blender 56": 0.1}
 
-    def put(bench, name, solver):
+    def put(bench, name, solver, most=0):
         np.savez(bench.out(name, solver), x=np.full((16, 3, 3), places[solver] / 3**0.5))
         return ended(1.0)
 
     monkeypatch.setattr(peers.Bench, "ours", put)
-    monkeypatch.setattr(peers.Bench, "theirs", lambda bench, name, quality: put(bench, name, f"Blender {quality}"))
+    monkeypatch.setattr(
+        peers.Bench, "theirs", lambda bench, name, quality, most=0: put(bench, name, f"Blender {quality}")
+    )
     monkeypatch.setattr(peers.Bench, "score", lambda *_: {"finite": True})
     bench = peers.Bench(peers.Blender(Path(sys.executable), folder), tmp_path, 0)
     rows = {row["solver"]: row.get("error_0.5s_mm") for row in peers.measure(bench, "S", 1, True)}

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -42,4 +41,4 @@ class Blender:
             command += ["--frames", str(frames)]
         if not collider:
             command.append("--no-collider")
-        return run(command, LIMIT, self.folder, {"HOME": os.environ.get("HOME", "/tmp")})
+        return run(command, LIMIT, self.folder)

@@ -6,7 +6,7 @@ import json
 import os
 import subprocess
 import tempfile
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from time import perf_counter, sleep
@@ -45,16 +45,11 @@ class Ended:
         return "" if self.line else "printed no result"
 
 
-def run(
-    command: Sequence[str | Path], limit: float, folder: Path = ROOT, environment: Mapping[str, str] | None = None
-) -> Ended:
-    """Run `command` in `folder` for at most `limit` [s], with `environment` on top of this one's."""
+def run(command: Sequence[str | Path], limit: float, folder: Path = ROOT) -> Ended:
+    """Run `command` in `folder` for at most `limit` [s]."""
     clock = perf_counter()
-    surroundings = {**os.environ, **(environment or {})}
     with tempfile.TemporaryFile("w+") as out, tempfile.TemporaryFile("w+") as err:
-        process = subprocess.Popen(
-            [str(part) for part in command], cwd=folder, env=surroundings, stdout=out, stderr=err, text=True
-        )
+        process = subprocess.Popen([str(part) for part in command], cwd=folder, stdout=out, stderr=err, text=True)
         code, peak = _wait(process, clock + limit)
         out.seek(0)
         err.seek(0)

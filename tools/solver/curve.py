@@ -69,7 +69,7 @@ class Work:
 
     Attributes:
         folder: Of the points; peers: the peers' folder, None if there is none.
-        frames: Frames to solve, 0 for all; threads: CPU threads, 0 for all.
+        frames: Frames to solve, 0 for those of each scene; threads: CPU threads, 0 for all.
     """
 
     folder: Path
@@ -79,7 +79,7 @@ class Work:
 
     def place(self, scene: str, what: dict[str, Any]) -> Path:
         """File of the positions of a point, without its ending."""
-        text = json.dumps({**what, "frames": self.frames}, sort_keys=True)
+        text = json.dumps({**what, "frames": self.frames or SCENES[scene].frames}, sort_keys=True)
         return self.folder / scene / hashlib.sha256(text.encode()).hexdigest()[:16]
 
 
@@ -97,15 +97,15 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser.add_argument("--peers", type=Path, default=ROOT.parent / "shared" / "peers", help="the peers' folder")
     parser.add_argument("--blender", type=Path, default=PYTHON, help="Python that has bpy")
     parser.add_argument("--scenes", help=f"of {','.join(SCENES)}; all if left out")
-    parser.add_argument("--quick", action="store_true", help="few points, 31 frames, no reference: does it work?")
-    parser.add_argument("--frames", type=int, default=0, help="frames of every scene; 0 for all")
+    parser.add_argument("--quick", action="store_true", help="few points, 30 frames, no reference: does it work?")
+    parser.add_argument("--frames", type=int, default=0, help="frames of every scene; 0 for its own number")
     parser.add_argument("--threads", type=int, default=0, help="CPU threads; 0 for all")
     parser.add_argument("--work", type=Path, default=ROOT / "build" / "curve", help="where points are kept")
     parser.add_argument("--out", type=Path, help="folder of the table; docs/solver if left out, unless --quick")
     parser.add_argument("--point", nargs=3, metavar=("SCENE", "POINT", "FILE"), help=argparse.SUPPRESS)
     given = parser.parse_args(arguments)
     peers = given.peers.resolve() if (given.peers / "scenes").is_dir() else None
-    frames = given.frames or (31 if given.quick else 0)
+    frames = given.frames or (30 if given.quick else 0)
     if given.point:
         name, point, file = given.point
         print(json.dumps(measure(name, point, peers, frames, given.threads, Path(file))))
@@ -159,7 +159,8 @@ def _blenders(name: str, quality: int, work: Work, blender: Blender) -> dict[str
     path = blender.folder / "scenes" / scene.file
     place = work.place(name, {"blender": quality, "collider": scene.body})
     out = place.with_suffix(".npz")
-    frames = work.frames + 1 if work.frames else 0
+    # It counts the start as a frame.
+    frames = (work.frames or scene.frames) + 1
     row = _kept(place, point, lambda: blender(path, out, quality, frames, scene.body), f"{name}, {point}")
     if "fault" not in row and "statistics" not in row:
         file, x = read_scene(path), np.load(out)["x"]

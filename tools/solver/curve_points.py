@@ -51,6 +51,7 @@ class CurveScene:
         file: Scene file in the peers' folder, or "" for a person of the pipeline's own.
         body: Whether the file's body is there.
         build: Makes the person.
+        frames: Frames to solve, 0 for all.
         half_step: Whether the reference is solved at half its step too, for its own error.
     """
 
@@ -58,26 +59,34 @@ class CurveScene:
     file: str = ""
     body: bool = True
     build: Callable[[], Scene] | None = None
+    frames: int = 0
     half_step: bool = False
 
 
+# The transition is part of the scene, so that both start from the same state; brisk, as the reference takes hours.
+BRISK = SimulateConfig(settle_frames=0, shape_speed=1.0, pose_speed=3.0)
+
+
+def _worn(gender: str, outfit: str, betas: tuple[float, ...], motion: str, start: int) -> Callable[[], Scene]:
+    return partial(person, gender, outfit, betas, motion=motion, start=start, frames=30, edge=0.014, config=BRISK)
+
+
 SCENES = {
-    "A": CurveScene(title="A: tube dress on a walker", file="A.npz"),
-    "A-free": CurveScene(title="A without the body", file="A.npz", body=False, half_step=True),
-    "C": CurveScene(title="C: sheet dropped on a ball", file="C.npz"),
-    "B64": CurveScene(title="B64: sheet hung from two corners", file="B64.npz", half_step=True),
+    "A": CurveScene(title="A: tube dress on a walker", file="A.npz", frames=45),
+    "A-free": CurveScene(title="A without the body", file="A.npz", body=False, frames=45, half_step=True),
+    "C": CurveScene(title="C: sheet dropped on a ball", file="C.npz", frames=45),
+    "B64": CurveScene(title="B64: sheet hung from two corners", file="B64.npz", frames=30, half_step=True),
     "shirt": CurveScene(
-        title="t-shirt and trousers, walk", build=partial(person, "male", "tshirt+trousers", (0.5, 0.5))
+        title="t-shirt and trousers, walk", build=_worn("male", "tshirt+trousers", (0.5, 0.5), "walk", 0)
     ),
-    "dress": CurveScene(title="dress, dance", build=partial(person, "female", "dress", (0.0, -0.5), motion="dance")),
-    "skirt": CurveScene(
-        title="top and skirt, turn", build=partial(person, "female", "top+skirt", (-0.5, 0.5), motion="turn", start=30)
-    ),
+    "dress": CurveScene(title="dress, dance", build=_worn("female", "dress", (0.0, -0.5), "dance", 0)),
+    "skirt": CurveScene(title="top and skirt, turn", build=_worn("female", "top+skirt", (-0.5, 0.5), "turn", 30)),
 }
 
 
 def build(scene: CurveScene, peers: Path | None, frames: int = 0) -> Scene:
-    """The scene, from its first frame on; cut to `frames` if that isn't 0."""
+    """The scene, from its first frame on; cut to its own number of frames, or to `frames` if that isn't 0."""
+    frames = frames or scene.frames
     if scene.build is not None:
         made = scene.build()
     else:

@@ -27,6 +27,9 @@ STANDARD, BLENDER = "standard", "Blender 14"
 QUALITY, FINE_QUALITY = 14, 56
 """Blender's steps a frame, and those of the reference for its own error: four times as many."""
 
+HORIZON = 33
+"""Frames for which references are solved: a second, and two for the body's motion to be the same up to there."""
+
 COLUMNS = {
     "scene": "scene",
     "solver": "solver",
@@ -54,8 +57,8 @@ without start-up. `load` is the load average when the first round began. The sco
 edges over all frames, penetration and self-intersections the worst of the frames scored.
 
 A solver's own error is that against its own reference over the first 0.5 s and 1 s: for `preview` and `standard` level
-`reference`, whose step is a ninth of standard's; for Blender {fine} steps a frame. Those of the two references are
-unmeasured here; see the [curve](curve.md).
+`reference`, whose step is a ninth of standard's; for Blender {fine} steps a frame. References are solved for the first
+second alone; their own errors are unmeasured here, see the [curve](curve.md).
 
 Commit {commit}, {date}, {processor}.
 
@@ -74,32 +77,33 @@ class Bench:
     work: Path
     frames: int
 
-    def scene(self, name: str) -> Path:
-        """The scene's file; cut to `frames`, a copy."""
+    def scene(self, name: str, most: int = 0) -> Path:
+        """The scene's file; a copy if it is cut, to `frames` or to `most`."""
         path = self.blender.folder / "scenes" / f"{name}.npz"
-        if not self.frames:
+        frames = min((n for n in (self.frames, most) if n), default=0)
+        if not frames:
             return path
-        short = self.work / f"{name}-{self.frames}.npz"
+        short = self.work / f"{name}-first{frames}.npz"
         if not short.exists():
             with np.load(path) as data:
                 arrays = {key: data[key] for key in data.files}
             for key in ("body_v", "pin_pos"):
-                arrays[key] = arrays[key][: self.frames]
-            np.savez(short, **{**arrays, "frames": min(self.frames, int(arrays["frames"]))})
+                arrays[key] = arrays[key][:frames]
+            np.savez(short, **{**arrays, "frames": min(frames, int(arrays["frames"]))})
         return short
 
     def out(self, name: str, solver: str) -> Path:
         """The trajectory of a solver on a scene."""
         return self.work / f"{name}-{solver.replace(' ', '')}.npz"
 
-    def ours(self, name: str, level: str) -> Ended:
-        """Solve a scene at a level of accuracy."""
-        command = [sys.executable, "-m", "stages.simulate", "scene", self.scene(name), "--out", self.out(name, level)]
-        return run([*command, "--accuracy", level], LIMIT)
+    def ours(self, name: str, level: str, most: int = 0) -> Ended:
+        """Solve a scene at a level of accuracy, all of it or `most` frames."""
+        scene, out = self.scene(name, most), self.out(name, level)
+        return run([sys.executable, "-m", "stages.simulate", "scene", scene, "--out", out, "--accuracy", level], LIMIT)
 
-    def theirs(self, name: str, quality: int) -> Ended:
-        """Simulate a scene with Blender."""
-        return self.blender(self.scene(name), self.out(name, f"Blender {quality}"), quality)
+    def theirs(self, name: str, quality: int, most: int = 0) -> Ended:
+        """Simulate a scene with Blender, all of it or `most` frames."""
+        return self.blender(self.scene(name, most), self.out(name, f"Blender {quality}"), quality)
 
     def score(self, name: str, solver: str) -> dict[str, Any]:
         """The neutral scorer's figures."""
@@ -152,13 +156,14 @@ def measure(bench: Bench, name: str, runs: int, self_errors: bool) -> list[dict[
         ratios = [a / b for a, b in both]
         rows[0] |= {"ratio": median(ratios), "ratios": ratios, "walls_in_turn": [b for _, b in both]}
     if self_errors:
-        for solver in ("preview", "reference"):
-            ended = bench.ours(name, solver)
+        for solver, solve in (
+            ("preview", lambda: bench.ours(name, "preview")),
+            ("reference", lambda: bench.ours(name, "reference", HORIZON)),
+            (f"Blender {FINE_QUALITY}", lambda: bench.theirs(name, FINE_QUALITY, HORIZON)),
+        ):
+            ended = solve()
             _tell(name, solver, ended)
             rows.append(_row(bench, name, solver, [ended], load))
-        ended = bench.theirs(name, FINE_QUALITY)
-        _tell(name, f"Blender {FINE_QUALITY}", ended)
-        rows.append(_row(bench, name, f"Blender {FINE_QUALITY}", [ended], load))
         _own_errors(bench, name, rows)
     return rows
 
