@@ -22,6 +22,25 @@ CONSTANTS = (
 )
 """Numbers that every fabric must give; all are positive."""
 
+FIGURES = ("bending_length", "drape_coefficient", "extension")
+"""What may be published of such cloth, from low to high: Peirce's bending length [m], Cusick's drape coefficient [1],
+strain at 500 gf/cm, the load of the Kawabata tensile test [1]."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Published:
+    """Figures measured on such cloth, to compare the simulation's with; it does not use them itself.
+
+    Attributes:
+        bending_length, drape_coefficient, extension: See `FIGURES`; (low, high), or None if none is known.
+        source: Where they come from.
+    """
+
+    bending_length: tuple[float, float] | None = None
+    drape_coefficient: tuple[float, float] | None = None
+    extension: tuple[float, float] | None = None
+    source: str = ""
+
 
 @dataclass(frozen=True, kw_only=True)
 class Fabric:
@@ -47,10 +66,12 @@ class Fabric:
     """Coulomb coefficient against skin and other cloth [1]."""
     source: str
     """Where the numbers come from."""
+    published: Published = Published()
+    """What is published of such cloth."""
 
     def as_attrs(self) -> dict[str, Any]:
-        """The fabric as JSON values."""
-        return dataclasses.asdict(self)
+        """The fabric's own values as JSON values, without what is published of others."""
+        return {name: value for name, value in dataclasses.asdict(self).items() if name != "published"}
 
 
 @lru_cache(maxsize=4)
@@ -74,7 +95,7 @@ def load_fabrics(path: Path = FABRICS_FILE) -> dict[str, Fabric]:
     for name, table in tables.items():
         if not isinstance(table, dict):
             raise DataError(f"{path.name}: {name!r} must be a table of a fabric, got {table!r}")
-        unknown = sorted(set(table) - set(CONSTANTS) - {"description", "source"})
+        unknown = sorted(set(table) - set(CONSTANTS) - {"description", "source", "published"})
         if unknown:
             raise DataError(f"{path.name} [{name}]: unknown key {unknown[0]!r}; a fabric has {', '.join(CONSTANTS)}")
         for constant in CONSTANTS:
@@ -85,6 +106,23 @@ def load_fabrics(path: Path = FABRICS_FILE) -> dict[str, Fabric]:
             name=name,
             description=str(table.get("description", "")),
             source=str(table.get("source", "")),
+            published=_published(table.get("published", {}), f"{path.name} [{name}.published]"),
             **{constant: float(table[constant]) for constant in CONSTANTS},
         )
     return fabrics
+
+
+def _published(table: Any, where: str) -> Published:
+    if not isinstance(table, dict):
+        raise DataError(f"{where}: must be a table of figures, got {table!r}")
+    unknown = sorted(set(table) - set(FIGURES) - {"source"})
+    if unknown:
+        raise DataError(f"{where}: unknown key {unknown[0]!r}; it may have {', '.join(FIGURES)} and source")
+    ranges = {}
+    for figure in set(FIGURES) & set(table):
+        value = table[figure]
+        numbers = isinstance(value, list) and len(value) == 2 and all(isinstance(v, int | float) for v in value)
+        if not numbers or not 0 < value[0] <= value[1] < float("inf"):
+            raise DataError(f"{where}: {figure} must be [low, high], both > 0, got {value!r}")
+        ranges[figure] = (float(value[0]), float(value[1]))
+    return Published(source=str(table.get("source", "")), **ranges)

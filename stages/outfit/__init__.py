@@ -8,6 +8,6 @@ SPEC = StageSpec(
     needs=("body",),
     params=("outfit",),
     config=Config,
-    code_version=1,
+    code_version=2,
     schema="outfit",
 )

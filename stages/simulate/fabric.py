@@ -4,8 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, fields
+from pathlib import Path
 from typing import Any
 
+from stages.fabrics import load_fabrics
+from stages.settings import suggestion
 from stages.spec import DataError
 
 
@@ -59,3 +62,21 @@ class Fabric:
         beyond `stretch_limit` the stiffening takes over.
         """
         return float((self.stretch_stiffness * self.shear_stiffness * 8 / 3) ** 0.5)
+
+
+def named_fabric(name: str) -> Fabric:
+    """The fabric `name` of `stages/fabrics.toml`; or the only one of a file of that form, if `name` ends in `.toml`.
+
+    Raises:
+        DataError: If there is no such fabric or file, or the file holds another number of fabrics than one.
+    """
+    if name.endswith(".toml"):
+        own = load_fabrics(Path(name))
+        if len(own) != 1:
+            raise DataError(f"{name}: holds {len(own)} fabrics, must hold one; part the file")
+        (label, chosen), *_ = own.items()
+        return Fabric.of(chosen.as_attrs(), label)
+    known = load_fabrics()
+    if name not in known:
+        raise DataError(f"fabric {name!r} is unknown; {suggestion(name, known)}, or give the path of a .toml file")
+    return Fabric.of(known[name].as_attrs(), name)

@@ -12,7 +12,7 @@ from time import perf_counter
 import numpy as np
 
 from stages.simulate.config import LEVELS, SimulateConfig
-from stages.simulate.fabric import Fabric
+from stages.simulate.fabric import Fabric, named_fabric
 from stages.simulate.record import counts, peak_memory_mb
 from stages.simulate.scene import Garment, Scene
 from stages.simulate.scene_file import SceneFile, read_scene
@@ -30,16 +30,21 @@ def main(arguments: Sequence[str]) -> int:
     parser.add_argument("--out", type=Path, required=True, help=".npz to write: x (frames + 1, N, 3) [m]")
     parser.add_argument("--accuracy", choices=tuple(LEVELS), default="standard", help="level of accuracy")
     parser.add_argument("--dt", type=float, help="longest time step [s], instead of the level's")
+    parser.add_argument(
+        "--fabric", help="a fabric of stages/fabrics.toml, or a .toml file of that form with one fabric"
+    )
     given = parser.parse_args(arguments)
     try:
-        return _solve(read_scene(given.scene), SimulateConfig(accuracy=given.accuracy, dt=given.dt), given.out)
+        fabric = named_fabric(given.fabric) if given.fabric else Fabric()
+        config = SimulateConfig(accuracy=given.accuracy, dt=given.dt)
+        return _solve(read_scene(given.scene), fabric, config, given.out)
     except DataError as error:
         print(error, file=sys.stderr)
         return 65
 
 
-def _solve(file: SceneFile, config: SimulateConfig, out: Path) -> int:
-    scene = scene_of(file, Fabric())
+def _solve(file: SceneFile, fabric: Fabric, config: SimulateConfig, out: Path) -> int:
+    scene = scene_of(file, fabric)
     # A first step compiles the kernels, or loads them; it is no part of the time per simulated second.
     solve(Scene(**{**scene.__dict__, "frames": 1}), config)
     clock = perf_counter()

@@ -33,6 +33,9 @@ def test_they_are_ordered_as_on_a_scale_and_in_the_hand() -> None:
         ("thickness = 3.5e-4", 'thickness = "thin"', r"\[cotton\]: thickness must be a number > 0, got 'thin'"),
         ("density = 0.130", "density = 0.130\ncolour = 3", r"\[cotton\]: unknown key 'colour'"),
         ("[cotton]", "[cotton", "cannot be read as fabrics"),
+        ("[0.40, 0.75]", "[0.75, 0.40]", r"\[cotton.published\]: drape_coefficient must be \[low, high\]"),
+        ("[0.40, 0.75]", "0.5", r"\[cotton.published\]: drape_coefficient must be \[low, high\], both > 0, got 0.5"),
+        ("[0.40, 0.75]", "[0.40, 0.75]\nshine = 1", r"\[cotton.published\]: unknown key 'shine'"),
     ],
 )
 def test_bad_files_are_refused(tmp_path: Path, old: str, new: str, message: str) -> None:
@@ -47,3 +50,10 @@ def test_a_fabric_can_be_added(tmp_path: Path) -> None:
     numbers = "\n".join(f"{constant} = 1" for constant in CONSTANTS)
     path.write_text(f"{FABRICS_FILE.read_text()}\n[felt]\n{numbers}\n")
     assert load_fabrics(path)["felt"].friction == 1.0
+
+
+def test_what_is_published_says_where_and_stays_out_of_the_shards() -> None:
+    for fabric in load_fabrics().values():
+        assert len(fabric.published.source) > 40
+        assert "published" not in fabric.as_attrs()
+    assert load_fabrics()["denim"].published.extension == (0.047, 0.057)

@@ -30,35 +30,6 @@ def sheet(columns: int, rows: int, edge: float) -> tuple[np.ndarray, np.ndarray]
     return vertices, np.array(faces, np.int32)
 
 
-def strip(length: float, width: float, edge: float, clamp: int = 2) -> tuple[np.ndarray, np.ndarray, float]:
-    """A flat strip along x of nearly equilateral triangles: vertices, faces up, and the step of its columns [m].
-
-    With 0 for `clamp` the strip goes from x = 0 to `length`. Otherwise its first `clamp` columns are there to be held:
-    what a mesh bends is lumped in its vertices, so that cloth held up to the column at x = step / 2 is free from x = 0.
-    """
-    free = 0.5 if clamp else 0.0
-    count = max(2, round(length / (edge * 3**0.5 / 2) - free))
-    step, rows = length / (count + free), max(1, round(width / edge))
-    even = np.arange(rows + 1) * width / rows
-    odd = np.concatenate([[0.0], (even[1:] + even[:-1]) / 2, [width]])
-    columns, faces, first = [], [], 0
-    for c in range(count + max(clamp, 1)):
-        y = odd if c % 2 else even
-        columns.append(np.stack([np.full(len(y), c * step), y, np.zeros(len(y))], axis=1))
-        if c:
-            # The column of rows + 1 vertices, on whichever side, and that of rows + 2.
-            a, b = (first - len(even), first) if c % 2 else (first, first - len(odd))
-            k = np.arange(rows + 1)
-            whole = np.stack([a + k, b + k + 1, b + k], axis=1)
-            part = np.concatenate([whole, np.stack([a + k, a + k + 1, b + k + 1], axis=1)[:-1]])
-            faces.append(part[:, [0, 2, 1]] if c % 2 else part)
-        first += len(y)
-    vertices = np.concatenate(columns)
-    if clamp:
-        vertices[:, 0] -= (clamp - 1.5) * step
-    return vertices, np.concatenate(faces).astype(np.int32), step
-
-
 QUASI_STATIC: dict[str, Any] = {
     "integrator": "euler", "precision": "f64", "tolerance": 1e-3, "linear_iterations": 1000,
     "newton_iterations": 6, "newton_tolerance": 1e-6, "self_collision": False,

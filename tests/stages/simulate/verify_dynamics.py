@@ -5,7 +5,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
-from small_scenes import EXACT, PLAIN, garment, scene, sheet, stepper, strip
+from small_scenes import EXACT, PLAIN, garment, scene, sheet, stepper
+
+from stages.simulate.specimens import strip
 
 DT = 1 / 240
 

@@ -3,9 +3,10 @@
 import numpy as np
 import pytest
 from scipy.optimize import brentq
-from small_scenes import QUASI_STATIC, garment, scene, settle, stepper, strip
+from small_scenes import QUASI_STATIC, garment, scene, settle, stepper
 
 from stages.simulate.fabric import Fabric
+from stages.simulate.specimens import strip
 
 LENGTH, WIDTH, DENSITY = 0.6, 0.04, 0.2
 

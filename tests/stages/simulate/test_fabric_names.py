@@ -1,0 +1,62 @@
+"""Fabrics by name: from the table, from a file, or refused in one line; and a scene solved with one."""
+
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+from small_scenes import sheet
+
+from stages.fabrics import FABRICS_FILE
+from stages.simulate.fabric import Fabric, named_fabric
+from stages.spec import DataError
+
+OWN = """
+[felt]
+density = 0.3
+thickness = 2e-3
+stretch_stiffness = 300
+shear_stiffness = 100
+bend_stiffness = 2e-4
+damping = 3e-3
+friction = 0.7
+"""
+
+
+def test_by_name_and_from_a_file(tmp_path: Path) -> None:
+    assert named_fabric("denim") == Fabric(
+        density=0.4, stretch_stiffness=1200, shear_stiffness=150, bend_stiffness=3e-5, damping=3e-3, friction=0.55
+    )
+    (tmp_path / "own.toml").write_text(OWN)
+    assert named_fabric(str(tmp_path / "own.toml")).bend_stiffness == 2e-4
+
+
+def test_what_is_not_a_fabric_is_refused(tmp_path: Path) -> None:
+    with pytest.raises(DataError, match=r"fabric 'coton' is unknown; did you mean 'cotton'\?"):
+        named_fabric("coton")
+    with pytest.raises(DataError, match=r"fabric 'x' is unknown; known: cotton, denim, leather, silk"):
+        named_fabric("x")
+    with pytest.raises(DataError, match="cannot be read as fabrics"):
+        named_fabric(str(tmp_path / "none.toml"))
+    with pytest.raises(DataError, match="holds 4 fabrics, must hold one"):
+        named_fabric(str(FABRICS_FILE))
+
+
+def test_scene_program_takes_a_fabric(tmp_path: Path) -> None:
+    vertices, faces = sheet(5, 5, 0.02)
+    np.savez(
+        tmp_path / "s.npz", fps=30, frames=6, cloth_v=vertices, cloth_f=faces, body_v=np.zeros((0, 0, 3)),
+        body_f=np.zeros((0, 3), int), pins=np.arange(5), pin_pos=np.repeat(vertices[None, :5], 6, axis=0),
+    )  # fmt: skip
+    command = [sys.executable, "-m", "stages.simulate", "scene", str(tmp_path / "s.npz"), "--out"]
+    low = {}
+    for name in ("silk", "leather"):
+        out = tmp_path / f"{name}.npz"
+        run = subprocess.run([*command, str(out), "--fabric", name], capture_output=True, text=True, timeout=120)
+        assert run.returncode == 0, run.stderr
+        low[name] = float(np.load(out)["x"][-1, :, 2].min())
+    assert low["silk"] < low["leather"] - 1e-3, "silk must hang lower than leather"
+    run = subprocess.run([*command, "o.npz", "--fabric", "denin"], capture_output=True, text=True, timeout=120)
+    assert run.returncode == 65
+    assert run.stderr.strip().splitlines()[-1].startswith("fabric 'denin' is unknown; did you mean 'denim'?")
