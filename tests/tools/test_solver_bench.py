@@ -301,14 +301,32 @@ def test_the_curve_is_measured_once_and_kept(tmp_path, monkeypatch, capsys):
     monkeypatch.setattr(curve, "QUICK", ("preview", "standard"))
     monkeypatch.setattr(curve, "run", solved)
     assert curve.main(arguments) == 0
-    assert len(capsys.readouterr().out.splitlines()) == 4
+    assert capsys.readouterr().out.count("B64, ") == 4
     assert curve.main(arguments) == 0
-    assert capsys.readouterr().out == ""
+    assert "B64, " not in capsys.readouterr().out
     data = tables.read("curve", tmp_path / "out")["scenes"]["B64"]
     assert [row["point"] for row in data["points"]] == ["preview", "standard"]
     assert data["points"][1]["relative"]["silhouette_m2"] == 1.0
     assert (tmp_path / "out" / "curve.png").read_bytes()[:4] == b"\x89PNG"
     assert "**standard**" in (tmp_path / "out" / "curve.md").read_text()
+
+
+def test_the_fastest_point_at_blenders_error_is_found():
+    def row(point, wall, half, whole):
+        return {"point": point, "wall_s_per_simulated_s": wall, "error_0.5s_mm": half, "error_1s_mm": whole}
+
+    ours = [
+        row("fast", 1.0, 3.0, 9.0),
+        row("good", 2.0, 2.0, 5.0),
+        row("slow", 9.0, 1.0, 1.0),
+        {"point": "x", "fault": "y"},
+    ]
+    theirs = [row("Blender, 7 steps", 5.0, 9.0, 9.0), row("Blender, 14 steps", 10.0, 3.0, 6.0)]
+    assert curve.at_error(ours, theirs) == {
+        "point": "good", "faster": 5.0, "error_0.5s_mm": [2.0, 3.0], "error_1s_mm": [5.0, 6.0]
+    }  # fmt: skip
+    assert curve.at_error(ours, []) is None
+    assert curve.at_error(ours[:1], theirs) is None
 
 
 def test_a_changed_solver_is_measured_anew(tmp_path, monkeypatch):
@@ -324,7 +342,7 @@ def test_a_changed_solver_is_measured_anew(tmp_path, monkeypatch):
 
 def test_the_plot_takes_scenes_without_errors(tmp_path):
     rows = [{"point": "standard", "wall_s_per_simulated_s": 2.0, "error_1s_mm": 3.0}, {"point": "x", "fault": "no"}]
-    plot({"A": {"title": "A", "points": rows, "blender": []}, "B": {"title": "B", "points": [], "blender": []}},
+    plot({"A": {"title": "A", "points": rows, "blender": rows[:1]}, "B": {"title": "B", "points": [], "blender": []}},
          ("standard",), tmp_path / "p.png")  # fmt: skip
     assert (tmp_path / "p.png").stat().st_size > 1000
 

@@ -65,6 +65,15 @@ def test_error_falls_with_the_level():
         assert rows["standard"]["wall_s_per_simulated_s"] < rows["reference"]["wall_s_per_simulated_s"], name
 
 
+def test_faster_than_blender_at_its_own_error():
+    scenes = made("curve")["scenes"]
+    assert scenes["A"]["at_blenders_error"]["faster"] >= 3.0
+    for name in ("A-free", "B64"):
+        rows = {row["point"]: row for row in scenes[name]["points"] + scenes[name]["blender"]}
+        ours, theirs = rows["standard"], rows["Blender, 14 steps"]
+        assert ours["error_0.5s_mm"] < theirs["error_0.5s_mm"] and ours["error_1s_mm"] < theirs["error_1s_mm"], name
+
+
 def test_pages_show_the_same_rows_as_the_data():
     for name, key in (("extremes", "cases"), ("peers", "rows")):
         data = tables.read(name)

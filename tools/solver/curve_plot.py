@@ -10,7 +10,7 @@ import matplotlib
 
 matplotlib.use("Agg")
 import matplotlib.pyplot as plt
-from matplotlib.ticker import FuncFormatter, NullFormatter
+from matplotlib.ticker import FuncFormatter, LogLocator, NullLocator
 
 OURS, THEIRS, INK = "#3f7cac", "#d1603d", "#333333"
 PANELS_A_ROW = 4
@@ -21,7 +21,7 @@ def plot(scenes: Mapping[str, Mapping[str, Any]], levels: Sequence[str], path: P
 
     Args:
         scenes: Rows of every scene, see `tools.solver.curve`.
-        levels: Points to be named in the plot.
+        levels: Points of ours to be named and joined by a line; the others are dots.
         path: The picture to write.
     """
     columns = min(len(scenes), PANELS_A_ROW)
@@ -35,13 +35,17 @@ def plot(scenes: Mapping[str, Mapping[str, Any]], levels: Sequence[str], path: P
         panel.set_title(scene["title"], fontsize=9, color=INK)
         panel.set_xscale("log")
         panel.set_yscale("log")
+        panel.margins(0.15)
         for axis in (panel.xaxis, panel.yaxis):
+            # A panel may span less than a decade: powers of ten alone would leave it without numbers.
+            axis.set_major_locator(LogLocator(subs=(1.0, 3.0)))
             axis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
-            axis.set_minor_formatter(NullFormatter())
-        panel.grid(True, which="both", linewidth=0.4, color="#dddddd")
+            axis.set_minor_locator(NullLocator())
+        panel.grid(True, linewidth=0.4, color="#dddddd")
         panel.tick_params(labelsize=8, colors=INK)
         panel.set_xlabel("wall s per simulated s", fontsize=8, color=INK)
-        panel.set_ylabel("error to 1 s [mm]", fontsize=8, color=INK)
+        whole = any("error_1s_mm" in row for row in scene["points"])
+        panel.set_ylabel(f"error to {1 if whole else 0.5:g} s [mm]", fontsize=8, color=INK)
         if panel.get_legend_handles_labels()[0]:
             panel.legend(frameon=False, fontsize=8)
     figure.tight_layout()
@@ -53,16 +57,28 @@ def plot(scenes: Mapping[str, Mapping[str, Any]], levels: Sequence[str], path: P
 def _curve(
     panel: Any, rows: Sequence[Mapping[str, Any]], colour: str, marker: str, label: str, named: Sequence[str]
 ) -> None:
-    """The points that have an error, joined by time."""
-    known = [(row["wall_s_per_simulated_s"], _error(row), row["point"]) for row in rows if _error(row)]
+    """The points that have an error; those of `named`, or all if there are none, are joined by a line."""
+    known = sorted((row["wall_s_per_simulated_s"], _error(row), row["point"]) for row in rows if _error(row))
     if not known:
         return
-    known.sort()
-    time, error, names = zip(*known)
-    panel.plot(time, error, color=colour, marker=marker, markersize=4, linewidth=0.8, label=label)
-    for t, e, name in zip(time, error, names):
-        if name in named:
-            panel.annotate(name, (t, e), fontsize=7, color=INK, xytext=(4, 4), textcoords="offset points")
+    joined = [point for point in known if point[2] in named or not named]
+    others = [point for point in known if point not in joined]
+    panel.plot(
+        [p[0] for p in joined],
+        [p[1] for p in joined],
+        color=colour,
+        marker=marker,
+        markersize=5,
+        linewidth=0.8,
+        label=label,
+    )
+    panel.plot([p[0] for p in others], [p[1] for p in others], color=colour, marker=marker, markersize=3, linewidth=0)
+    for time, error, name in joined:
+        panel.annotate(
+            name if named else name.removeprefix("Blender, ").removesuffix(" steps"),
+            (time, error), fontsize=7, color=INK, textcoords="offset points",
+            xytext=(-4, -9) if named else (4, 3), ha="right" if named else "left",
+        )  # fmt: skip
 
 
 def _error(row: Mapping[str, Any]) -> float | None:
