@@ -84,8 +84,8 @@ class SimulateConfig:
     """Distance that layers of cloth keep from each other [m], at most a third of an edge."""
     pair_damping: float = field(default=5.0e-3, metadata={"ge": 0.0, "le": 1.0})
     """Damping of cloth against cloth, over its contact stiffness [s]."""
-    pair_slack: float = field(default=0.004, metadata={"gt": 0.0, "le": 0.05})
-    """Least distance beyond `thickness` to look for pairs of cloth [m]; up to half an edge where cloth is fast."""
+    pair_slack: float = field(default=0.002, metadata={"gt": 0.0, "le": 0.05})
+    """Distance beyond `thickness` to look for pairs of cloth [m], besides what they may move meanwhile."""
     pair_every: int = by_level(ge=1, le=100)
     """Most steps for which pairs of cloth are kept before they are looked for again."""
     untangle: float = field(default=0.01, metadata={"ge": 0.0, "le": 0.1})

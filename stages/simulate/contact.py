@@ -6,7 +6,7 @@ import igl
 import numpy as np
 
 from stages.simulate.body_motion import BodyMotion
-from stages.simulate.contact_kernels import find_candidates, hold_attached, lift_out, press, take_over, touch
+from stages.simulate.contact_kernels import find_candidates, foresee, hold_attached, lift_out, press, take_over, touch
 from stages.simulate.grid import Grid
 from stages.simulate.kernels import BLOCKS
 
@@ -19,6 +19,8 @@ class BodyContact:
     Attributes:
         force [N, 3] [N], block [N, 6] [N/m]: What the body does to each vertex, and minus its derivative.
         face [N], distance [N] [m]: Closest triangle, -1 if none is near, and signed distance to it.
+        pinched [N]: 1 for vertices that have been near two sides of the skin since `tuck` last looked.
+        reaction [N] [N]: Normal force of the skin that the last linear solve ended with.
         shear [N, 3] [m]: Elastic slip of the friction's grip; `accept` keeps that of the solved step.
     """
 
@@ -36,14 +38,14 @@ class BodyContact:
         n = len(area)
         self.body, self.area, self.friction = body, area, friction
         self.margin, self.stiffness, self.damping, self.grip = margin, stiffness, damping, grip
-        self.active = np.ones(n, np.int32)
+        self.active, self.pinched = np.ones(n, np.int32), np.ones(n, np.int32)
         self.grid = Grid(max(len(body.piece_face), 1))
         self.count, self.found = np.zeros(n, np.int32), np.zeros((n, 32), np.int32)
         self.face, self.face2 = np.full(n, -1, np.int32), np.full(n, -1, np.int32)
         self.bary, self.normal, self.normal2 = np.zeros((n, 3)), np.zeros((n, 3)), np.zeros((n, 3))
         self.distance, self.distance2 = np.full(n, 1e9), np.full(n, 1e9)
         self.force, self.block = np.zeros((n, 3)), np.zeros((n, 6))
-        self.shear, self.shear_new = np.zeros((n, 3)), np.zeros((n, 3))
+        self.shear, self.shear_new, self.reaction = np.zeros((n, 3)), np.zeros((n, 3)), np.zeros(n)
         self.tie_face, self.tie_bary = np.zeros(n, np.int32), np.zeros((n, 3))
         self.tie_offset, self.tie_stiffness = np.zeros(n), np.zeros(n)
         self.has_ties = False
@@ -107,6 +109,7 @@ class BodyContact:
             self.face2,
             self.normal2,
             self.distance2,
+            self.pinched,
         )
 
     def evaluate(self, x: np.ndarray, x_start: np.ndarray, dt: float) -> None:
@@ -132,6 +135,7 @@ class BodyContact:
             self.area,
             self.friction,
             self.shear,
+            self.reaction,
             self.margin,
             self.stiffness,
             self.damping,
@@ -154,6 +158,14 @@ class BodyContact:
                 self.force,
                 self.block,
             )
+
+    def foresee(self, x: np.ndarray, solved: np.ndarray) -> None:
+        """Take over what the linear solve from `x`, where contact was evaluated, to `solved` says of the forces."""
+        if len(self.body.faces):
+            foresee(
+                x, solved, self.face, self.normal, self.distance, self.area, self.friction,
+                self.margin, self.stiffness, self.grip, self.reaction, self.shear_new,
+            )  # fmt: skip
 
     def lift(self, x: np.ndarray, fixed: np.ndarray, floor: float, attempts: int = 3) -> tuple[float, int]:
         """Move vertices of `x` nearer than `floor` [m] out to it, in place: (least distance before [m], moved).
@@ -180,17 +192,20 @@ class BodyContact:
 
         In an armpit or a bent elbow skin passes into skin and there is no outside left for the cloth in the fold. It
         stays on the side it lies on, at most `depth` [m] from that skin, so that it is nowhere deep inside the body
-        either; the fold hides it. Returns how many were moved.
+        either; the fold hides it. Only what has been between two sides of the skin can get there. Returns how many
+        were moved.
         """
-        if not len(self.body.faces):
+        if not len(self.body.faces) or not self.pinched.any():
             return 0
         self.locate(x)
-        near = np.flatnonzero((self.face >= 0) & (self.distance > depth))
+        near = np.flatnonzero((self.face >= 0) & (self.distance > depth) & (self.pinched > 0))
+        self.pinched[:] = 0
         if not len(near):
             return 0
         # The winding number counts how many times the skin encloses a point, overlapping or not (Barill et al. 2018).
         winding = igl.fast_winding_number(self.body.x, self.body.faces.astype(np.int64), x[near])
         hidden = near[winding > 0.5]
+        self.pinched[hidden] = 1
         x[hidden] += (depth - self.distance[hidden])[:, None] * self.normal[hidden]
         return len(hidden)
 

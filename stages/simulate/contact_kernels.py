@@ -79,12 +79,14 @@ def touch(
     face2: Array,
     normal2: Array,
     distance2: Array,
+    pinched: Array,
 ) -> None:
     """Closest surface point of every vertex (face -1 if none), signed; and a second one where skin faces skin.
 
     The second contact is the closest triangle whose normal differs by more than 60 degrees and whose outside the
     vertex is on: without it a vertex in a fold of the body would be pushed from one side into the other. A surface
     that the vertex is behind, while another is nearer, is left alone: there the body overlaps itself and hides it.
+    Vertices that have other skin near, facing away from the nearest, are marked as `pinched`.
     """
     for i in range(x.shape[0]):
         if active[i] == 1:
@@ -118,6 +120,9 @@ def touch(
                 put(normal, i, n)
                 for c in ti.static(range(3)):
                     bary[i, c] = best_u[c]
+                for k in range(count[i]):
+                    if vec(face_normal, found[i, k]).dot(vec(face_normal, best_f)) < 0:
+                        pinched[i] = 1
                 if ti.abs(distance[i]) < 1.5 * margin:
                     best2 = margin * margin
                     n1 = vec(face_normal, best_f)
@@ -164,6 +169,7 @@ def press(
     area: Array,
     friction: Array,
     shear: Array,
+    reaction: Array,
     margin: Real,
     stiffness: Real,
     damping: Real,
@@ -180,6 +186,8 @@ def press(
     Friction: an elastic grip that yields at Coulomb's limit (Mindlin): the tangential slip s since the grip closed,
     s = P (s_start + (x - x_start) - (b - b_start)), f = -k_t s while k_t |s| <= mu N, else -mu N s / |s|. So cloth at
     rest holds still instead of creeping, and sliding cloth feels mu N exactly. `shear_new` is s, cut to the limit.
+    N is `reaction`, what the last linear solve balanced, see `foresee`: skin is so stiff that the depth of an iterate
+    tells hardly anything about the force that the cloth ends up with.
     """
     for i in range(x.shape[0]):
         f = ti.Vector([0.0, 0.0, 0.0])
@@ -205,7 +213,7 @@ def press(
             s = vec(shear, i) + move
             s -= n * n.dot(s)
             kt = k * grip
-            limit = friction[i] * load
+            limit = friction[i] * reaction[i]
             size = s.norm()
             hold = kt
             if kt * size >= limit:
@@ -225,6 +233,36 @@ def press(
                 add_outer(block, i, stiffness * area[i], n2)
         put(force, i, f)
         put(shear_new, i, s)
+
+
+@kernel
+def foresee(
+    x: Array,
+    solved: Array,
+    face: Array,
+    normal: Array,
+    distance: Array,
+    area: Array,
+    friction: Array,
+    margin: Real,
+    stiffness: Real,
+    grip: Real,
+    # outputs
+    reaction: Array,
+    shear_new: Array,
+) -> None:
+    """Normal force [N] of the skin, and grip, where a linear solve from `x` ended: at the `solved` positions."""
+    for i in range(x.shape[0]):
+        gap = margin - distance[i]
+        reaction[i] = 0.0
+        if face[i] >= 0 and gap > 0:
+            n = vec(normal, i)
+            d = vec(solved, i) - vec(x, i)
+            k = stiffness * area[i]
+            reaction[i] = k * ti.max(gap - n.dot(d), 0.0)
+            s = vec(shear_new, i) + d - n * n.dot(d)
+            longest = friction[i] * reaction[i] / (k * grip)
+            put(shear_new, i, s * ti.min(1.0, longest / ti.max(s.norm(), 1e-12)))
 
 
 @kernel

@@ -90,8 +90,9 @@ def gather_rows(
     residual: Array,
     diagonal: Array,
     inverse: Array,
+    own: Array,
 ) -> None:
-    """Residual, diagonal block and its inverse for every vertex.
+    """Residual, diagonal block and its inverse for every vertex; `own` is the block without springs and bending.
 
     Bending: E = -1/2 sum q_ij |x_i - x_j|^2, f_i = sum_j q_ij (x_i - x_j), damping times q_ij (v_i - v_j); here the
     pairs that aren't edges.
@@ -109,6 +110,9 @@ def gather_rows(
         iso = inertia + air / h - bend_sum[i] * (1.0 + bend_damping[i] / h)
         m00, m01, m02 = outer_block[i, 0], outer_block[i, 1], outer_block[i, 2]
         m11, m12, m22 = outer_block[i, 3], outer_block[i, 4], outer_block[i, 5]
+        alone = inertia + air / h
+        own[i, 0], own[i, 1], own[i, 2] = m00 + alone, m01, m02
+        own[i, 3], own[i, 4], own[i, 5] = m11 + alone, m12, m22 + alone
         for e in range(start[i], start[i + 1]):
             s = spring[e]
             t = vec(pull, s)

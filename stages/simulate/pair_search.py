@@ -3,8 +3,7 @@
 import taichi as ti
 
 from stages.simulate.closest import closest_on_edges, closest_on_triangle
-from stages.simulate.grid import cell_of
-from stages.simulate.kernels import Array, Real, kernel, put, vec
+from stages.simulate.kernels import Array, Real, Value, inline, kernel, put, vec
 
 
 @kernel
@@ -42,59 +41,185 @@ def edge_spheres(
 
 
 @kernel
+def bound_patches(
+    x: Array,
+    v: Array,
+    drift: Array,
+    horizon: Real,
+    faces: Array,
+    normal: Array,
+    patch_start: Array,
+    # outputs
+    box: Array,
+    cone: Array,
+) -> None:
+    """Of every patch of faces: box (lo, hi) of where it is within `horizon` [s], and cone (axis, angle) of its normals.
+
+    Motion is taken relative to the velocity `drift` of the cloth as a whole.
+    """
+    for k in range(box.shape[0]):
+        lo, hi = ti.Vector([1e30, 1e30, 1e30]), ti.Vector([-1e30, -1e30, -1e30])
+        axis = ti.Vector([0.0, 0.0, 0.0])
+        for f in range(patch_start[k], patch_start[k + 1]):
+            axis += vec(normal, f)
+            for c in ti.static(range(3)):
+                p = vec(x, faces[f, c])
+                q = p + horizon * (vec(v, faces[f, c]) - ti.Vector([drift[0], drift[1], drift[2]]))
+                lo, hi = ti.min(lo, p, q), ti.max(hi, p, q)
+        axis /= ti.max(axis.norm(), 1e-20)
+        least = 1.0
+        for f in range(patch_start[k], patch_start[k + 1]):
+            least = ti.min(least, axis.dot(vec(normal, f)))
+        for c in ti.static(range(3)):
+            box[k, c] = lo[c]
+            box[k, 3 + c] = hi[c]
+            cone[k, c] = axis[c]
+        cone[k, 3] = ti.acos(ti.max(-1.0, least))
+
+
+GROUP = 16
+"""Patches, one behind the other and so near each other, that have a common box."""
+
+
+@inline
+def boxes_apart(a: Value, k: Value, b: Value, m: Value, reach: Value) -> Value:
+    """Whether box k of `a` and box m of `b` are further than `reach` from each other along an axis."""
+    apart = a[k, 2] > b[m, 5] + reach or b[m, 2] > a[k, 5] + reach
+    if not apart:
+        apart = a[k, 0] > b[m, 3] + reach or b[m, 0] > a[k, 3] + reach
+        if not apart:
+            apart = a[k, 1] > b[m, 4] + reach or b[m, 1] > a[k, 4] + reach
+    return apart
+
+
+@kernel
+def meet_patches(
+    box: Array,
+    cone: Array,
+    layer: Array,
+    near_start: Array,
+    near: Array,
+    reach: Real,
+    far: Real,
+    widest_cone: Real,
+    # outputs
+    group_box: Array,
+    count: Array,
+    met: Array,
+) -> None:
+    """For every patch those that it can touch: met[k, :count[k]], ascending, itself included where it is folded.
+
+    Boxes within `reach` of each other, or `far` between garments. A patch and those next to it on the same cloth
+    (near[near_start[k]:...], ascending, itself included) can't touch while all their normals lie within a narrow cone:
+    cloth has to fold for that (Volino and Magnenat-Thalmann 1994; the contour is not tested).
+    """
+    for g in range(group_box.shape[0]):
+        for c in ti.static(range(3)):
+            lo, hi = ti.f64(1e30), ti.f64(-1e30)
+            for m in range(GROUP * g, ti.min(GROUP * (g + 1), count.shape[0])):
+                lo, hi = ti.min(lo, box[m, c]), ti.max(hi, box[m, 3 + c])
+            group_box[g, c] = lo
+            group_box[g, 3 + c] = hi
+    for k in range(count.shape[0]):
+        n = 0
+        e = near_start[k]
+        for g in range(group_box.shape[0]):
+            if not boxes_apart(box, k, group_box, g, ti.max(reach, far)):
+                for m in range(GROUP * g, ti.min(GROUP * (g + 1), count.shape[0])):
+                    limit = reach
+                    if layer[k] != layer[m]:
+                        limit = ti.max(reach, far)
+                    if not boxes_apart(box, k, box, m, limit):
+                        while e < near_start[k + 1] and near[e] < m:
+                            e += 1
+                        flat = False
+                        if e < near_start[k + 1] and near[e] == m:
+                            u, w = vec(cone, k), vec(cone, m)
+                            turn = ti.acos(ti.max(-1.0, ti.min(1.0, u.dot(w))))
+                            flat = cone[k, 3] + cone[m, 3] + turn < widest_cone
+                        if not flat:
+                            if n < met.shape[1]:
+                                met[k, n] = m
+                            n += 1
+        count[k] = n
+
+
+@inline
+def out_of_box(p: Value, q: Value, box: Value, m: Value, reach: Value) -> Value:
+    """Whether the segment from p to q stays further than `reach` from box m along an axis."""
+    apart = False
+    for c in ti.static(range(3)):
+        apart = apart or ti.min(p[c], q[c]) > box[m, 3 + c] + reach or ti.max(p[c], q[c]) < box[m, c] - reach
+    return apart
+
+
+@kernel
 def find_vertex_faces(
     x: Array,
+    v: Array,
+    drift: Array,
     faces: Array,
     layer: Array,
+    centre: Array,
+    radius: Array,
     normal: Array,
     rest: Array,
     vertex_normal: Array,
     near: Real,
+    horizon: Real,
+    furthest: Real,
     far: Real,
-    widest: Real,
-    lo: Array,
-    size: Real,
-    dims: Array,
-    first: Array,
-    items: Array,
-    balls: Array,
+    beside: Real,
+    patch: Array,
+    patch_start: Array,
+    box: Array,
+    met_count: Array,
+    met: Array,
     # outputs
     count: Array,
     found: Array,
+    slip: Array,
 ) -> None:
-    """Faces closer to each vertex than `near` in its own garment, or `far` in another, but not its own faces."""
+    """Faces that are as close to each vertex as `near` or may be so within the time `horizon` [s], but not its own.
+
+    Only those within `furthest` are looked at, in another garment all those within `far`; and only in patches that
+    its own patch can touch. `slip` is the greatest speed [m/s] relative to a face looked at.
+    """
     for i in range(x.shape[0]):
         p = vec(x, i)
+        q = p + horizon * (vec(v, i) - ti.Vector([drift[0], drift[1], drift[2]]))
         n = 0
+        fastest = 0.0
         reach = ti.max(near, far)
         ni, ri = vec(vertex_normal, i), vec(rest, i)
-        r = ti.Vector([1.0, 1.0, 1.0]) * (reach + widest)
-        a, b = cell_of(p - r, lo, size, dims), cell_of(p + r, lo, size, dims)
-        for cz in range(a[2], b[2] + 1):
-            for cy in range(a[1], b[1] + 1):
-                row = (cz * dims[1] + cy) * dims[0]
-                for k in range(first[row + a[0]], first[row + b[0] + 1]):
-                    away = p - vec(balls, k)
-                    bound = reach + balls[k, 3]
+        for e in range(met_count[patch[i]]):
+            m = met[patch[i], e]
+            if not out_of_box(p, q, box, m, reach):
+                for f in range(patch_start[m], patch_start[m + 1]):
+                    away = p - vec(centre, f)
+                    bound = ti.max(furthest, far) + radius[f]
                     if away.norm_sqr() < bound * bound:
-                        f = items[k]
                         i0, i1, i2 = faces[f, 0], faces[f, 1], faces[f, 2]
-                        limit = near
                         # Cloth next to itself that isn't folded can't touch.
-                        known = vec(normal, f).dot(ni) > 0.3 and (vec(rest, i0) - ri).norm() < 2.0 * widest
+                        known = vec(normal, f).dot(ni) > 0.3 and (vec(rest, i0) - ri).norm() < beside
                         if layer[i0] != layer[i]:
-                            limit = far
                             known = False
-                        # A face is no nearer than its plane.
-                        apart = i != i0 and i != i1 and i != i2
-                        if apart and not known and ti.abs(away.dot(vec(normal, f))) < limit:
-                            u = closest_on_triangle(p, vec(x, i0), vec(x, i1), vec(x, i2))
-                            d = p - u[0] * vec(x, i0) - u[1] * vec(x, i1) - u[2] * vec(x, i2)
-                            if d.norm_sqr() < limit * limit:
-                                if n < found.shape[1]:
-                                    found[i, n] = f
-                                n += 1
+                        if i != i0 and i != i1 and i != i2 and not known:
+                            speed = (vec(v, i) - (vec(v, i0) + vec(v, i1) + vec(v, i2)) / 3.0).norm()
+                            limit = ti.min(near + horizon * speed, furthest)
+                            if layer[i0] != layer[i]:
+                                limit = ti.max(limit, far)
+                            fastest = ti.max(fastest, speed)
+                            # A face is no nearer than its plane.
+                            if ti.abs(away.dot(vec(normal, f))) < limit:
+                                u = closest_on_triangle(p, vec(x, i0), vec(x, i1), vec(x, i2))
+                                d = p - u[0] * vec(x, i0) - u[1] * vec(x, i1) - u[2] * vec(x, i2)
+                                if d.norm_sqr() < limit * limit:
+                                    if n < found.shape[1]:
+                                        found[i, n] = f
+                                    n += 1
         count[i] = n
+        slip[i] = fastest
 
 
 @kernel
@@ -118,6 +243,8 @@ def mark_close(
 @kernel
 def find_edge_edges(
     x: Array,
+    v: Array,
+    drift: Array,
     edges: Array,
     close: Array,
     layer: Array,
@@ -125,44 +252,45 @@ def find_edge_edges(
     centre: Array,
     radius: Array,
     near: Real,
-    widest: Real,
-    lo: Array,
-    size: Real,
-    dims: Array,
-    first: Array,
-    items: Array,
-    balls: Array,
+    horizon: Real,
+    furthest: Real,
+    patch: Array,
+    edge_start: Array,
+    box: Array,
+    met_count: Array,
+    met: Array,
     # outputs
     count: Array,
     found: Array,
 ) -> None:
-    """Edges of higher index closer to each edge than `near` that share no vertex with it.
+    """Edges of higher index as close to each edge as in `find_vertex_faces` that share no vertex with it.
 
-    Only of edges with an end that is `close` to a face: elsewhere the cloth is by itself.
+    Only of edges with an end that is `close` to a face: elsewhere the cloth is by itself. The edges of patch m are
+    edge_start[m]:edge_start[m + 1], `patch` [E] tells whose each is.
     """
     for e in range(edges.shape[0]):
         n = 0
-        if close[edges[e, 0]] + close[edges[e, 1]] > 0:
-            p = vec(centre, e)
-            r = ti.Vector([1.0, 1.0, 1.0]) * (near + widest + radius[e])
-            i0, i1 = edges[e, 0], edges[e, 1]
+        i0, i1 = edges[e, 0], edges[e, 1]
+        if close[i0] + close[i1] > 0:
             xa, xb = vec(x, i0), vec(x, i1)
-            a, b = cell_of(p - r, lo, size, dims), cell_of(p + r, lo, size, dims)
-            for cz in range(a[2], b[2] + 1):
-                for cy in range(a[1], b[1] + 1):
-                    row = (cz * dims[1] + cy) * dims[0]
-                    for k in range(first[row + a[0]], first[row + b[0] + 1]):
-                        bound = near + balls[k, 3] + radius[e]
-                        if (vec(balls, k) - p).norm_sqr() < bound * bound:
-                            g = items[k]
+            p = vec(centre, e)
+            q = p + horizon * (0.5 * (vec(v, i0) + vec(v, i1)) - ti.Vector([drift[0], drift[1], drift[2]]))
+            for k in range(met_count[patch[e]]):
+                m = met[patch[e], k]
+                if edge_start[m + 1] > e + 1 and not out_of_box(p, q, box, m, near + radius[e]):
+                    for g in range(ti.max(e + 1, edge_start[m]), edge_start[m + 1]):
+                        bound = furthest + radius[g] + radius[e]
+                        if (vec(centre, g) - p).norm_sqr() < bound * bound:
                             j0, j1 = edges[g, 0], edges[g, 1]
                             apart = i0 != j0 and i0 != j1 and i1 != j0 and i1 != j1
                             # Vertices and faces keep garments apart that lie flat on each other.
                             flat = layer[i0] != layer[j0] and vec(vertex_normal, i0).dot(vec(vertex_normal, j0)) > 0.7
-                            if g > e and apart and not flat:
+                            if apart and not flat:
                                 st = closest_on_edges(xa, xb, vec(x, j0), vec(x, j1))
                                 d = (1 - st[0]) * xa + st[0] * xb - (1 - st[1]) * vec(x, j0) - st[1] * vec(x, j1)
-                                if d.norm_sqr() < near * near:
+                                slip = 0.5 * (vec(v, i0) + vec(v, i1) - vec(v, j0) - vec(v, j1))
+                                limit = ti.min(near + horizon * slip.norm(), furthest)
+                                if d.norm_sqr() < limit * limit:
                                     if n < found.shape[1]:
                                         found[e, n] = g
                                     n += 1

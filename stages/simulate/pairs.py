@@ -7,11 +7,24 @@ from typing import Any
 import numpy as np
 
 from stages.simulate.body_motion import incident_corners
-from stages.simulate.grid import Grid
 from stages.simulate.pair_kernels import compact_pairs, gather_pairs, move_parted, part_pairs, press_pairs, write_pairs
 from stages.simulate.pair_normals import cloth_normals
-from stages.simulate.pair_search import edge_spheres, face_spheres, find_edge_edges, find_vertex_faces, mark_close
+from stages.simulate.pair_search import (
+    GROUP,
+    bound_patches,
+    edge_spheres,
+    face_spheres,
+    find_edge_edges,
+    find_vertex_faces,
+    mark_close,
+    meet_patches,
+)
+from stages.simulate.patches import Patches
 
+LOOK_AHEAD = 1.25
+"""How much further than its velocity says cloth is expected to go while pairs are kept."""
+WIDEST_CONE = 1.25
+"""Greatest angle [rad] between normals of cloth that surely hasn't folded onto itself."""
 SHOVE = 3e-4
 """How much of a correction in one step counts as motion [m]."""
 
@@ -46,7 +59,8 @@ class PairContact:
         dtype: Any,
     ) -> None:
         n = len(rest)
-        self.rest, self.faces, self.edges = rest, np.ascontiguousarray(faces, np.int32), edges
+        self.patches = Patches(rest, faces, edges, layer)
+        self.rest, self.faces, self.edges = rest, self.patches.faces, self.patches.edges
         self.layer, self.area, self.mass, self.friction = layer, area, mass, friction
         self.thickness, self.slack, self.stiffness, self.every = thickness, slack, stiffness, every
         self.damping = damping
@@ -56,16 +70,20 @@ class PairContact:
         self.face_centre, self.face_radius = np.zeros((len(faces), 3)), np.zeros(len(faces))
         self.face_normal = np.zeros((len(faces), 3))
         self.edge_centre, self.edge_radius = np.zeros((len(edges), 3)), np.zeros(len(edges))
-        self.face_grid, self.edge_grid = Grid(len(faces)), Grid(len(edges))
+        patches = len(self.patches.layer)
+        self.box, self.cone, self.drift = np.zeros((patches, 6)), np.zeros((patches, 4)), np.zeros(3)
+        self.group_box = np.zeros(((patches + GROUP - 1) // GROUP, 6))
+        self.met_count, self.met = np.zeros(patches, np.int32), np.zeros((patches, 32), np.int32)
+        self.slip = np.zeros(n)
         self.vf_count, self.vf_found = np.zeros(n, np.int32), np.zeros((n, 16), np.int32)
         self.ee_count, self.ee_found = np.zeros(len(edges), np.int32), np.zeros((len(edges), 16), np.int32)
         self.close = np.zeros(n, np.int32)
         self.dtype = dtype
         self.total = self.faces_first = self.count = 0
         self.age = self.lasts = every
-        # Looking further than half an edge would find each vertex's neighbours all over the cloth.
-        edge = float(np.median(np.linalg.norm(rest[edges[:, 0]] - rest[edges[:, 1]], axis=1)))
-        self.widest_slack = max(slack, 0.55 * edge - thickness)
+        # What nears fast is looked for this much further away; further still would be most of the cloth.
+        length = np.linalg.norm(rest[edges[:, 0]] - rest[edges[:, 1]], axis=1)
+        self.widest_slack, self.beside = float(np.median(length)), 1.2 * float(length.max())
         self.kept = np.zeros(1, np.int32)
         self.start = np.zeros(n + 2, np.int32)
         self._room(1024)
@@ -79,54 +97,47 @@ class PairContact:
         self.vertices, self.index = np.zeros((total, 4), np.int32), np.zeros(4 * total, np.int32)
         self.weights, self.block = np.zeros((total, 4), self.dtype), np.zeros((total, 4), self.dtype)
 
-    def closing_speed(self, x: np.ndarray, v: np.ndarray) -> float:
-        """Estimate of the greatest speed [m/s] at which parts of the cloth near each other approach.
-
-        The deviation from the mean velocity of the 8 cm cell that a vertex is in, of all but 1 in 500.
-        """
-        cell = np.floor((x - x.min(0)) / 0.08).astype(np.int64)
-        key = (cell[:, 0] * 4096 + cell[:, 1]) * 4096 + cell[:, 2]
-        _, place, count = np.unique(key, return_inverse=True, return_counts=True)
-        mean = np.stack([np.bincount(place, v[:, c]) for c in range(3)], axis=1) / count[:, None]
-        apart = ((v - mean[place]) ** 2).sum(1)
-        return float(np.sqrt(np.partition(apart, -1 - len(apart) // 500)[-1 - len(apart) // 500]))
-
     def search(self, x: np.ndarray, v: np.ndarray, dt: float) -> None:
         """Find the pairs at `x`, if those known are older than `every` steps; `v` tells how far ahead to look."""
         self.age += 1
         if self.age < self.lasts:
             return
         self.age = 0
+        p = self.patches
         face_spheres(x, self.faces, self.face_centre, self.face_radius, self.face_normal)
         cloth_normals(self.corner_start, self.corner, self.face_normal, self.vertex_normal)
         edge_spheres(x, self.edges, self.edge_centre, self.edge_radius)
-        step = self.closing_speed(x, v) * dt
-        self.lasts = max(1, min(self.every, int(self.slack / max(step, 1e-9))))
-        near = self.thickness + min(max(self.slack, 2 * step), self.widest_slack)
-        far = max(near, self.untangle)
-        lo, hi = x.min(0), x.max(0)
-        widest = float(self.face_radius.max())
-        grid = self.face_grid
-        grid.fill(self.face_centre, self.face_radius, far + widest, lo, hi)
+        near, horizon = self.thickness + self.slack, LOOK_AHEAD * self.every * dt
+        furthest, far = near + self.widest_slack, max(near, self.untangle)
+        np.mean(v, axis=0, out=self.drift)
+        bound_patches(x, v, self.drift, horizon, self.faces, self.face_normal, p.start, self.box, self.cone)
+        while True:
+            meet_patches(
+                self.box, self.cone, p.layer, p.near_start, p.near, near, far, WIDEST_CONE,
+                self.group_box, self.met_count, self.met,
+            )  # fmt: skip
+            if not self._too_narrow("met", self.met_count):
+                break
         while True:
             find_vertex_faces(
-                x, self.faces, self.layer, self.face_normal, self.rest, self.vertex_normal, near, far, widest,
-                grid.lo, grid.size, grid.dims, grid.first, grid.items, grid.balls, self.vf_count, self.vf_found,
+                x, v, self.drift, self.faces, self.layer, self.face_centre, self.face_radius, self.face_normal,
+                self.rest, self.vertex_normal, near, horizon, furthest, far, self.beside,
+                p.of_vertex, p.start, self.box, self.met_count, self.met, self.vf_count, self.vf_found, self.slip,
             )  # fmt: skip
             if not self._too_narrow("vf_found", self.vf_count):
                 break
         mark_close(self.faces, self.vf_count, self.vf_found, self.close)
-        widest = float(self.edge_radius.max())
-        grid = self.edge_grid
-        grid.fill(self.edge_centre, self.edge_radius, near + widest, lo, hi)
         while True:
             find_edge_edges(
-                x, self.edges, self.close, self.layer, self.vertex_normal,
-                self.edge_centre, self.edge_radius, near, widest,
-                grid.lo, grid.size, grid.dims, grid.first, grid.items, grid.balls, self.ee_count, self.ee_found,
+                x, v, self.drift, self.edges, self.close, self.layer, self.vertex_normal,
+                self.edge_centre, self.edge_radius, near, horizon, furthest,
+                p.of_edge, p.edge_start, self.box, self.met_count, self.met, self.ee_count, self.ee_found,
             )  # fmt: skip
             if not self._too_narrow("ee_found", self.ee_count):
                 break
+        # All but 1 vertex in 500 is slow enough for the pairs to last so long.
+        fast = float(np.partition(self.slip, -1 - len(x) // 500)[-1 - len(x) // 500])
+        self.lasts = max(1, min(self.every, int(self.widest_slack / max(LOOK_AHEAD * fast * dt, 1e-9))))
         vf_end, ee_end = np.cumsum(self.vf_count), np.cumsum(self.ee_count)
         self.faces_first = int(vf_end[-1])
         self.total = self.faces_first + int(ee_end[-1])

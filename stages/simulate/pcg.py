@@ -1,11 +1,11 @@
-"""Conjugate gradients on the step's linear system, preconditioned by the inverse of each vertex's 3x3 block."""
+"""Conjugate gradients on the step's linear system, preconditioned on several levels of detail at once."""
 
 from typing import Any
 
 import numpy as np
 import taichi as ti
 
-from stages.simulate.kernels import BLOCKS, Array, Int, Value, inline, kernel, vec
+from stages.simulate.kernels import BLOCKS, Array, Int, Value, inline, kernel, put, vec
 
 SWEEPS = 4
 """Iterations fused in one kernel launch, after which the residual is looked at."""
@@ -23,11 +23,77 @@ def sym_times(m: Value, i: Value, v: Value) -> Value:
     )
 
 
+@inline
+def gathered(at: Value, first: Value, index: Value, weight: Value, k: Value, a: Value, v: Value, base: Value) -> Value:
+    """Row a of the product of gather list k with the rows of `v` from `base` on."""
+    t = ti.Vector([v[0, 0], v[0, 0], v[0, 0]]) * 0
+    row = at[k] + a
+    for e in range(first[row], first[row + 1]):
+        t += weight[e] * vec(v, base + index[e])
+    return t
+
+
+@inline
+def restrict(at: Value, first: Value, index: Value, weight: Value, r: Value, a: Value, coarse: Value) -> None:
+    """Row a of r1 = P1^T r."""
+    put(coarse, a, gathered(at, first, index, weight, 3, a, r, 0))
+
+
+@inline
+def solve_coarse(
+    at: Value, first: Value, index: Value, weight: Value, inverse: Value, coarsest: Value, coarse: Value
+) -> None:
+    """z1 = P2 (D2^-1 + P3 A3^-1 P3^T) P2^T r1 but for P2, in place: rows of `coarse` are r1, r2, r3, z1, z2."""
+    n1, n2, n3 = at[6], at[7], at[8]
+    r2, r3, z2 = n1, n1 + n2, 2 * n1 + n2 + n3
+    for a in range(n2):
+        put(coarse, r2 + a, gathered(at, first, index, weight, 4, a, coarse, 0))
+        put(coarse, z2 + a, sym_times(inverse, n1 + a, vec(coarse, r2 + a)))
+    for a in range(n3):
+        put(coarse, r3 + a, gathered(at, first, index, weight, 5, a, coarse, r2))
+    for b in range(n3):
+        t = vec(coarse, 0) * 0
+        for c in range(n3):
+            rc = vec(coarse, r3 + c)
+            for k in ti.static(range(3)):
+                for j in ti.static(range(3)):
+                    t[k] += coarsest[3 * b + k, 3 * c + j] * rc[j]
+        row = at[5] + b
+        for e in range(first[row], first[row + 1]):
+            a = z2 + index[e]
+            put(coarse, a, vec(coarse, a) + weight[e] * t)
+
+
+@inline
+def interpolate_coarse(
+    at: Value, first: Value, index: Value, weight: Value, inverse: Value, a: Value, coarse: Value
+) -> None:
+    """Row a of z1 = D1^-1 r1 + P2 z2."""
+    n1, n2, n3 = at[6], at[7], at[8]
+    t = sym_times(inverse, a, vec(coarse, a))
+    put(coarse, n1 + n2 + n3 + a, t + gathered(at, first, index, weight, 1, a, coarse, 2 * n1 + n2 + n3))
+
+
+@inline
+def corrected(
+    at: Value, first: Value, index: Value, weight: Value, inverse: Value, i: Value, r: Value, coarse: Value
+) -> Value:
+    """Row i of z = D^-1 r + P1 z1."""
+    return sym_times(inverse, i, vec(r, i)) + gathered(at, first, index, weight, 0, i, coarse, at[6] + at[7] + at[8])
+
+
 @kernel
 def begin(
     residual: Array,
     inverse: Array,
+    at: Array,
+    first: Array,
+    index: Array,
+    weight: Array,
+    coarse_inverse: Array,
+    coarsest: Array,
     # outputs
+    coarse: Array,
     dx: Array,
     r: Array,
     z: Array,
@@ -35,18 +101,24 @@ def begin(
     q: Array,
     scalars: Array,
 ) -> None:
-    """dx = p = q = 0, r = residual, z = inverse r; scalars = 0."""
+    """dx = p = q = 0, r = residual, z = M^-1 r; scalars = 0."""
     for i in range(r.shape[0]):
         for c in ti.static(range(3)):
             dx[i, c] = 0.0
             p[i, c] = 0.0
             q[i, c] = 0.0
             r[i, c] = residual[i, c]
-        t = sym_times(inverse, i, vec(r, i))
-        for c in ti.static(range(3)):
-            z[i, c] = t[c]
         if i < 4:
             scalars[i] = 0.0
+    for a in range(at[6]):
+        restrict(at, first, index, weight, r, a, coarse)
+    ti.loop_config(serialize=True)
+    for _ in range(1):
+        solve_coarse(at, first, index, weight, coarse_inverse, coarsest, coarse)
+    for a in range(at[6]):
+        interpolate_coarse(at, first, index, weight, coarse_inverse, a, coarse)
+    for i in range(r.shape[0]):
+        put(z, i, corrected(at, first, index, weight, inverse, i, r, coarse))
 
 
 @kernel
@@ -66,8 +138,15 @@ def iterate(
     pair_stiffness: Array,
     pair_start: Array,
     pair_index: Array,
+    at: Array,
+    first: Array,
+    index: Array,
+    weight: Array,
+    coarse_inverse: Array,
+    coarsest: Array,
     blocks: Int,
     # outputs
+    coarse: Array,
     dx: Array,
     r: Array,
     z: Array,
@@ -138,9 +217,15 @@ def iterate(
                 q[i, c] = w[i, c] + beta * q[i, c]
                 dx[i, c] += alpha * p[i, c]
                 r[i, c] -= alpha * q[i, c]
-            t = sym_times(inverse, i, vec(r, i))
-            for c in ti.static(range(3)):
-                z[i, c] = t[c]
+        for a in range(at[6]):
+            restrict(at, first, index, weight, r, a, coarse)
+        ti.loop_config(serialize=True)
+        for _s in range(1):
+            solve_coarse(at, first, index, weight, coarse_inverse, coarsest, coarse)
+        for a in range(at[6]):
+            interpolate_coarse(at, first, index, weight, coarse_inverse, a, coarse)
+        for i in range(n):
+            put(z, i, corrected(at, first, index, weight, inverse, i, r, coarse))
 
 
 class Pcg:

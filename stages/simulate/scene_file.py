@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import zipfile
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -15,7 +16,7 @@ class SceneFile:
     """What an .npz scene holds: z up, metres, frame 0 = rest = start.
 
     Attributes:
-        fps: Frames a second; frames: Frames after frame 0.
+        fps: Frames a second; frames: Frames after frame 0, one less than the number `frames` in the file.
         cloth_v [N, 3], cloth_f [F, 3], body_v [T, V, 3] (T = 1: it doesn't move, 0: there is none), body_f.
         pins [K]: Vertices that follow pin_pos [frames + 1, K, 3].
     """
@@ -39,14 +40,14 @@ def read_scene(path: Path) -> SceneFile:
     try:
         with np.load(path) as data:
             arrays = {k: data[k] for k in data.files}
-    except (OSError, ValueError) as error:
+    except (OSError, ValueError, EOFError, zipfile.BadZipFile) as error:
         raise DataError(f"{path}: not a readable .npz scene ({error})") from error
     missing = {"fps", "frames", "cloth_v", "cloth_f", "body_v", "body_f", "pins", "pin_pos"} - set(arrays)
     if missing:
         raise DataError(f"{path}: scene lacks {', '.join(sorted(missing))}")
     return SceneFile(
         fps=float(arrays["fps"]),
-        frames=int(arrays["frames"]),
+        frames=int(arrays["frames"]) - 1,
         cloth_v=arrays["cloth_v"].astype(np.float64),
         cloth_f=arrays["cloth_f"].astype(np.int32),
         body_v=arrays["body_v"],

@@ -12,6 +12,7 @@ from stages.simulate.config import SimulateConfig
 from stages.simulate.contact import BodyContact
 from stages.simulate.elastic import advance, gather_rows, inertial_target, spring_blocks
 from stages.simulate.kernels import BLOCKS
+from stages.simulate.multilevel import Multilevel
 from stages.simulate.pairs import PairContact
 from stages.simulate.pcg import SWEEPS, Pcg, begin, iterate
 from stages.simulate.springs import Springs
@@ -56,6 +57,12 @@ class Stepper:
 
     LONGEST_MOVE = 0.03
     """Furthest that one Newton iteration may move a vertex [m]."""
+    UNSOLVED = 0.003
+    """A step isn't solved while the last iteration still moved a vertex this far [m]..."""
+    PATIENCE = 4
+    """... and gets up to so many times the iterations."""
+    LEVELS_LAST = 4
+    """Steps for which the matrices of the coarse levels are kept."""
 
     def __init__(
         self,
@@ -88,6 +95,9 @@ class Stepper:
         self.fixed = np.ascontiguousarray(fixed, np.int32)
         self.goal = goal
         self.pcg = Pcg(n, real)
+        self.levels = Multilevel(springs.edges, springs.stiffness, self.fixed, real)
+        self.levels_age, self.levels_h = self.LEVELS_LAST, 0.0
+        self.own = np.zeros((n, 6))
         self.largest = np.zeros(BLOCKS)
         self.report = Report()
         self.no_pairs = (
@@ -153,7 +163,7 @@ class Stepper:
             clock = self.report.clock("pairs", clock)
         x, other = self.guess, self.trial
         self.bend_scale[:] = 1 + s.bend_damping / h
-        for iteration in range(c.newton_iterations):
+        for iteration in range(self.PATIENCE * c.newton_iterations):
             clock = perf_counter()
             self.contact.evaluate(x, self.x, dt)
             clock = self.report.clock("contact", clock)
@@ -161,22 +171,34 @@ class Stepper:
                 self.pairs.evaluate(x, self.x, dt, self.contact.force, self.pair_block)
                 clock = self.report.clock("pairs", clock)
             self._assemble(x, h)
+            if iteration == 0:
+                self._rebuild_levels(h)
             clock = self.report.clock("assembly", clock)
             self._solve()
             clock = self.report.clock("solve", clock)
             advance(x, self.pcg.dx, self.LONGEST_MOVE, BLOCKS, other, self.largest)
+            self.contact.foresee(x, other)
             x, other = other, x
             self.report.newton += 1
             moved = float(self.largest.max())
             if not moved < 1e29:
                 raise Rejected(int(np.argmax(~np.isfinite(self.pcg.dx).all(1))), "the solution is not finite")
-            # The first iteration holds what touches by friction; only the second knows whether it slides.
-            if iteration > 0 and moved < c.newton_tolerance:
+            # The first iteration holds what touches by friction; only the second knows whether it slides. Where the
+            # last one of those given still moved a vertex far, the step isn't solved yet.
+            wanted = c.newton_tolerance if iteration + 1 < c.newton_iterations else self.UNSOLVED
+            if iteration > 0 and moved < max(wanted, c.newton_tolerance):
                 break
         if moved > self.LONGEST_MOVE:
             vertex = int(np.argmax(np.abs(self.pcg.dx).max(1)))
             raise Rejected(vertex, f"the last Newton iteration still moved it {moved * 1e3:.0f} mm")
         self._finish(x, other, dt, h)
+
+    def _rebuild_levels(self, h: float) -> None:
+        """Take the coarse levels' matrices from the present one, now and then: a preconditioner may be a bit old."""
+        self.levels_age += 1
+        if self.levels_age >= self.LEVELS_LAST or abs(h - self.levels_h) > 0.2 * h:
+            self.levels.rebuild(self.block, self.own)
+            self.levels_age, self.levels_h = 0, h
 
     def _assemble(self, x: np.ndarray, h: float) -> None:
         s, p = self.springs, self.pcg
@@ -221,36 +243,36 @@ class Stepper:
             self.residual,
             p.diagonal,
             p.inverse,
+            self.own,
         )
 
     def _solve(self) -> None:
         s, p, c = self.springs, self.pcg, self.config
         q = self.pairs
+        m = self.levels
         pairs = self.no_pairs if q is None else (q.vertices, q.weights, q.block, q.start, q.index)
-        begin(self.residual, p.inverse, p.dx, p.r, p.z, p.p, p.q, p.scalars)
+        levels = (m.at, m.first, m.index, m.weight, m.inverse, m.coarsest)
+        begin(*[self.residual, p.inverse, *levels, m.coarse, p.dx, p.r, p.z, p.p, p.q, p.scalars])
+        matrix = (p.diagonal, p.inverse, s.start, s.neighbour, s.spring, self.block)
+        bending = (s.bend_start, s.bend_neighbour, self.bend, self.bend_scale)
+        arrays = [
+            *matrix,
+            *bending,
+            *pairs,
+            *levels,
+            BLOCKS,
+            m.coarse,
+            p.dx,
+            p.r,
+            p.z,
+            p.p,
+            p.q,
+            p.w,
+            p.part,
+            p.scalars,
+        ]
         for _ in range(0, c.linear_iterations, SWEEPS):
-            iterate(
-                p.diagonal,
-                p.inverse,
-                s.start,
-                s.neighbour,
-                s.spring,
-                self.block,
-                s.bend_start,
-                s.bend_neighbour,
-                self.bend,
-                self.bend_scale,
-                *pairs,
-                BLOCKS,
-                p.dx,
-                p.r,
-                p.z,
-                p.p,
-                p.q,
-                p.w,
-                p.part,
-                p.scalars,
-            )
+            iterate(*arrays)
             self.report.linear += SWEEPS
             if not p.scalars[0] > c.tolerance**2 * p.scalars[3]:
                 break

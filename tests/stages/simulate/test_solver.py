@@ -129,7 +129,7 @@ def test_measure_finds_what_is_wrong() -> None:
 def test_scene_file_program(tmp_path: Path) -> None:
     vertices, faces = sheet(5, 5, 0.02)
     np.savez(
-        tmp_path / "s.npz", fps=30, frames=2, cloth_v=vertices, cloth_f=faces, body_v=np.zeros((0, 0, 3)),
+        tmp_path / "s.npz", fps=30, frames=3, cloth_v=vertices, cloth_f=faces, body_v=np.zeros((0, 0, 3)),
         body_f=np.zeros((0, 3), int), pins=np.array([0, 4]), pin_pos=np.repeat(vertices[None, [0, 4]], 3, axis=0),
     )  # fmt: skip
     command = [sys.executable, "-m", "stages.simulate", "scene", str(tmp_path / "s.npz"), "--out", str(tmp_path / "o")]

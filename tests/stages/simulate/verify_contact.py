@@ -101,4 +101,5 @@ def test_cloth_between_overlapping_bodies_is_laid_on_the_skin() -> None:
     x = solve(one, SimulateConfig(threads=1)).x
     for k, frame in enumerate(x):
         assert igl.signed_distance(frame, at(k), faces2.astype(np.int64))[0].min() > -1e-3
-    assert np.linalg.norm(np.diff(x, axis=0), axis=2).max() < 0.05
+    # Free fall would reach 0.16 m a frame.
+    assert np.linalg.norm(np.diff(x, axis=0), axis=2).max() < 0.08
