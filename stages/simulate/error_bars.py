@@ -4,6 +4,10 @@ A window starts from the sequence's own state at its first frame, so that what i
 within it, not the drift of two sequences that have parted. The integrator is of second order: the step's error is
 about 4/3 of its difference, where the step is short enough. On the finer mesh the state is interpolated linearly, flat
 across each old triangle; that it has to round its folds first is part of the difference.
+
+Cloth in contact is chaotic: of a leather skirt and a cotton top on a walking person, moved by noise of 1 um, vertices
+were 0.03 mm apart (RMS) after one frame and 1.5 mm after five; half the step made it 0.2 and 4.4 mm.
+So the first frames of a window tell of the solver, and the last ones of how far its positions can be predicted at all.
 """
 
 from __future__ import annotations
@@ -203,5 +207,7 @@ def compare(
 
 def _spread(state: Snapshot, finer: Finer) -> Snapshot:
     """The state on the finer mesh; its pairs of cloth are to be found anew."""
-    cloth = {name: finer.spread(values) for name, values in state.cloth.items()}
-    return replace(state, cloth=cloth, shear=finer.spread(state.shear), pairs={})
+    cloth, contact = (
+        {name: finer.spread(values) for name, values in kept.items()} for kept in (state.cloth, state.contact)
+    )
+    return replace(state, cloth=cloth, contact=contact, pairs={})

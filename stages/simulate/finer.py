@@ -25,9 +25,9 @@ class Finer:
     old: np.ndarray
 
     def spread(self, values: np.ndarray) -> np.ndarray:
-        """Values (N, ...) of the old vertices at the new ones (M, ...), linear along each edge."""
-        middle: np.ndarray = 0.5 * (values[self.parents[:, 0]] + values[self.parents[:, 1]])
-        return middle
+        """Values (N, ...) of the old vertices at the new ones (M, ...): linear along edges; of flags, the greater."""
+        a, b = values[self.parents[:, 0]], values[self.parents[:, 1]]
+        return np.maximum(a, b) if values.dtype.kind == "i" else 0.5 * (a + b)
 
 
 def cut_in_four(scene: Scene) -> Finer:

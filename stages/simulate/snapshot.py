@@ -10,6 +10,7 @@ import numpy as np
 from stages.simulate.stepper import Stepper
 
 CLOTH = ("x", "v", "x_old", "v_old")
+CONTACT = ("shear",)
 PAIRS = ("age", "lasts", "total", "faces_first")
 PAIR_LISTS = ("found_vertices", "side", "gap")
 
@@ -21,14 +22,14 @@ class Snapshot:
     Attributes:
         time: When [s]; last_dt: The step that led there [s].
         cloth: x, v and those a step earlier, x_old, v_old, shape [N, 3] each.
-        shear: Elastic slip of the friction [m], shape [N, 3].
+        contact: What contact with the body keeps, as the elastic slip of the friction [m], shape [N, ...] each.
         pairs: The list of pairs of cloth in use and its age; empty if cloth doesn't collide or the list is to be new.
     """
 
     time: float
     last_dt: float
     cloth: dict[str, np.ndarray]
-    shear: np.ndarray
+    contact: dict[str, np.ndarray]
     pairs: dict[str, Any]
 
 
@@ -42,7 +43,7 @@ def take(stepper: Stepper) -> Snapshot:
         time=stepper.time,
         last_dt=stepper.last_dt,
         cloth={name: getattr(stepper, name).copy() for name in CLOTH},
-        shear=stepper.contact.shear.copy(),
+        contact={name: getattr(stepper.contact, name).copy() for name in CONTACT},
         pairs=pairs,
     )
 
@@ -52,7 +53,8 @@ def restore(stepper: Stepper, snapshot: Snapshot) -> None:
     stepper.time, stepper.last_dt = snapshot.time, snapshot.last_dt
     for name, values in snapshot.cloth.items():
         np.copyto(getattr(stepper, name), values)
-    np.copyto(stepper.contact.shear, snapshot.shear)
+    for name, values in snapshot.contact.items():
+        np.copyto(getattr(stepper.contact, name), values)
     pairs = stepper.pairs
     if pairs is None:
         return

@@ -44,7 +44,7 @@ def test_a_window_at_the_sequences_own_step_repeats_its_bits_and_watching_change
     for start in reversed(windows.starts):
         state = windows.states[start]
         assert state.pairs["total"] > 0
-        assert np.abs(state.shear).max() > 0
+        assert np.abs(state.contact["shear"]).max() > 0
         for moved, expected in zip(again(state, start), x[start - 1 :], strict=True):
             np.testing.assert_array_equal(moved, expected)
 
@@ -91,6 +91,8 @@ def test_finer_cloth_is_the_same_cloth() -> None:
     assert energies[1] == pytest.approx(energies[0], rel=1e-9)
     assert energies[0] > 1e-3
     np.testing.assert_array_equal(finer.spread(moved)[finer.old], moved)
+    flags = np.arange(len(moved)) % 2
+    np.testing.assert_array_equal(finer.spread(flags), flags[finer.parents].any(1))
     # Ties and pins hold the middles of what they hold both ends of.
     assert finer.scene.garments[0].tied.sum() == 9 + 8
     assert set(finer.scene.pins) >= set(finer.old[one.pins])
