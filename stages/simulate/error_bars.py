@@ -206,8 +206,9 @@ def compare(
 
 
 def _spread(state: Snapshot, finer: Finer) -> Snapshot:
-    """The state on the finer mesh; its pairs of cloth are to be found anew."""
+    """The state on the finer mesh; its pairs of cloth and the preconditioner are to be made anew."""
     cloth, contact = (
         {name: finer.spread(values) for name, values in kept.items()} for kept in (state.cloth, state.contact)
     )
-    return replace(state, cloth=cloth, contact=contact, pairs={})
+    contact["reaction"] /= 4  # a force, of a quarter of the area
+    return replace(state, cloth=cloth, contact=contact, levels={}, pairs={})

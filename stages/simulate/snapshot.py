@@ -10,7 +10,8 @@ import numpy as np
 from stages.simulate.stepper import Stepper
 
 CLOTH = ("x", "v", "x_old", "v_old")
-CONTACT = ("shear",)
+CONTACT = ("shear", "reaction", "pinched")
+LEVELS = ("inverse", "coarsest")
 PAIRS = ("age", "lasts", "total", "faces_first")
 PAIR_LISTS = ("found_vertices", "side", "gap")
 
@@ -23,6 +24,7 @@ class Snapshot:
         time: When [s]; last_dt: The step that led there [s].
         cloth: x, v and those a step earlier, x_old, v_old, shape [N, 3] each.
         contact: What contact with the body keeps, as the elastic slip of the friction [m], shape [N, ...] each.
+        levels: The preconditioner's matrices, for which step [s] and their age; empty if they are to be made anew.
         pairs: The list of pairs of cloth in use and its age; empty if cloth doesn't collide or the list is to be new.
     """
 
@@ -30,6 +32,7 @@ class Snapshot:
     last_dt: float
     cloth: dict[str, np.ndarray]
     contact: dict[str, np.ndarray]
+    levels: dict[str, Any]
     pairs: dict[str, Any]
 
 
@@ -44,6 +47,8 @@ def take(stepper: Stepper) -> Snapshot:
         last_dt=stepper.last_dt,
         cloth={name: getattr(stepper, name).copy() for name in CLOTH},
         contact={name: getattr(stepper.contact, name).copy() for name in CONTACT},
+        levels={name: getattr(stepper.levels, name).copy() for name in LEVELS}
+        | {"h": stepper.levels_h, "age": stepper.levels_age},
         pairs=pairs,
     )
 
@@ -55,6 +60,12 @@ def restore(stepper: Stepper, snapshot: Snapshot) -> None:
         np.copyto(getattr(stepper, name), values)
     for name, values in snapshot.contact.items():
         np.copyto(getattr(stepper.contact, name), values)
+    if snapshot.levels:
+        stepper.levels_h, stepper.levels_age = snapshot.levels["h"], snapshot.levels["age"]
+        for name in LEVELS:
+            np.copyto(getattr(stepper.levels, name), snapshot.levels[name])
+    else:
+        stepper.levels_age = stepper.LEVELS_LAST
     pairs = stepper.pairs
     if pairs is None:
         return
