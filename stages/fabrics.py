@@ -22,6 +22,9 @@ CONSTANTS = (
 )
 """Numbers that every fabric must give; all are positive."""
 
+OPTIONAL = ("drag", "stretch_limit", "stiffening")
+"""Numbers that a fabric may give; the simulation has its own where one does not. All are positive."""
+
 FIGURES = ("bending_length", "drape_coefficient", "extension")
 """What may be published of such cloth, from low to high: Peirce's bending length [m], Cusick's drape coefficient [1],
 strain at 500 gf/cm, the load of the Kawabata tensile test [1]."""
@@ -66,12 +69,18 @@ class Fabric:
     """Coulomb coefficient against skin and other cloth [1]."""
     source: str
     """Where the numbers come from."""
+    drag: float | None = None
+    """Air drag per area and speed [kg/(m^2 s)], if it is not the simulation's own."""
+    stretch_limit: float | None = None
+    """Strain at which the crimp is pulled straight [1], if it is not the simulation's own."""
+    stiffening: float | None = None
+    """Stiffness beyond that over the stiffness before [1], if it is not the simulation's own."""
     published: Published = Published()
     """What is published of such cloth."""
 
     def as_attrs(self) -> dict[str, Any]:
         """The fabric's own values as JSON values, without what is published of others."""
-        return {name: value for name, value in dataclasses.asdict(self).items() if name != "published"}
+        return {k: v for k, v in dataclasses.asdict(self).items() if k != "published" and v is not None}
 
 
 @lru_cache(maxsize=4)
@@ -95,10 +104,11 @@ def load_fabrics(path: Path = FABRICS_FILE) -> dict[str, Fabric]:
     for name, table in tables.items():
         if not isinstance(table, dict):
             raise DataError(f"{path.name}: {name!r} must be a table of a fabric, got {table!r}")
-        unknown = sorted(set(table) - set(CONSTANTS) - {"description", "source", "published"})
+        unknown = sorted(set(table) - set(CONSTANTS) - set(OPTIONAL) - {"description", "source", "published"})
         if unknown:
             raise DataError(f"{path.name} [{name}]: unknown key {unknown[0]!r}; a fabric has {', '.join(CONSTANTS)}")
-        for constant in CONSTANTS:
+        given = [*CONSTANTS, *(constant for constant in OPTIONAL if constant in table)]
+        for constant in given:
             value = table.get(constant)
             if isinstance(value, bool) or not isinstance(value, int | float) or not 0 < value < float("inf"):
                 raise DataError(f"{path.name} [{name}]: {constant} must be a number > 0, got {value!r}")
@@ -107,7 +117,7 @@ def load_fabrics(path: Path = FABRICS_FILE) -> dict[str, Fabric]:
             description=str(table.get("description", "")),
             source=str(table.get("source", "")),
             published=_published(table.get("published", {}), f"{path.name} [{name}.published]"),
-            **{constant: float(table[constant]) for constant in CONSTANTS},
+            **{constant: float(table[constant]) for constant in given},
         )
     return fabrics
 

@@ -29,7 +29,11 @@ def test_by_name_and_from_a_file(tmp_path: Path) -> None:
         density=0.4, stretch_stiffness=1200, shear_stiffness=150, bend_stiffness=3e-5, damping=3e-3, friction=0.55
     )
     (tmp_path / "own.toml").write_text(OWN)
-    assert named_fabric(str(tmp_path / "own.toml")).bend_stiffness == 2e-4
+    felt = named_fabric(str(tmp_path / "own.toml"))
+    assert (felt.bend_stiffness, felt.stiffening) == (2e-4, Fabric().stiffening)
+    (tmp_path / "firm.toml").write_text(f"{OWN}stiffening = 20\nstretch_limit = 0.01\ndrag = 0.5\n")
+    firm = named_fabric(str(tmp_path / "firm.toml"))
+    assert (firm.stiffening, firm.stretch_limit, firm.drag) == (20, 0.01, 0.5)
 
 
 def test_what_is_not_a_fabric_is_refused(tmp_path: Path) -> None:
