@@ -1,7 +1,5 @@
 """Fabrics by name: from the table, from a file, or refused in one line; and a scene solved with one."""
 
-import subprocess
-import sys
 from pathlib import Path
 
 import numpy as np
@@ -10,6 +8,8 @@ from small_scenes import sheet
 
 from stages.fabrics import FABRICS_FILE
 from stages.simulate.fabric import Fabric, named_fabric
+from stages.simulate.fabrics_program import main as measure
+from stages.simulate.scene_program import main
 from stages.spec import DataError
 
 OWN = """
@@ -47,20 +47,30 @@ def test_what_is_not_a_fabric_is_refused(tmp_path: Path) -> None:
         named_fabric(str(FABRICS_FILE))
 
 
-def test_scene_program_takes_a_fabric(tmp_path: Path) -> None:
+def test_scene_program_takes_a_fabric(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     vertices, faces = sheet(5, 5, 0.02)
     np.savez(
         tmp_path / "s.npz", fps=30, frames=6, cloth_v=vertices, cloth_f=faces, body_v=np.zeros((0, 0, 3)),
         body_f=np.zeros((0, 3), int), pins=np.arange(5), pin_pos=np.repeat(vertices[None, :5], 6, axis=0),
     )  # fmt: skip
-    command = [sys.executable, "-m", "stages.simulate", "scene", str(tmp_path / "s.npz"), "--out"]
     low = {}
     for name in ("silk", "leather"):
         out = tmp_path / f"{name}.npz"
-        run = subprocess.run([*command, str(out), "--fabric", name], capture_output=True, text=True, timeout=120)
-        assert run.returncode == 0, run.stderr
+        assert main([str(tmp_path / "s.npz"), "--out", str(out), "--fabric", name]) == 0
         low[name] = float(np.load(out)["x"][-1, :, 2].min())
     assert low["silk"] < low["leather"] - 1e-3, "silk must hang lower than leather"
-    run = subprocess.run([*command, "o.npz", "--fabric", "denin"], capture_output=True, text=True, timeout=120)
-    assert run.returncode == 65
-    assert run.stderr.strip().splitlines()[-1].startswith("fabric 'denin' is unknown; did you mean 'denim'?")
+    capsys.readouterr()
+    assert main([str(tmp_path / "s.npz"), "--out", str(tmp_path / "o.npz"), "--fabric", "denin"]) == 65
+    (line,) = capsys.readouterr().err.splitlines()
+    assert line.startswith("fabric 'denin' is unknown; did you mean 'denim'?")
+    assert not (tmp_path / "o.npz").exists()
+
+
+def test_fabrics_program_prints_a_row_and_refuses_a_wrong_name(capsys: pytest.CaptureFixture[str]) -> None:
+    assert measure(["coton"]) == 65
+    (line,) = capsys.readouterr().err.splitlines()
+    assert line == "fabric 'coton' is unknown; did you mean 'cotton'?"
+    assert measure(["leather", "--edge", "0.02", "--threads", "1"]) == 0
+    row = capsys.readouterr().out.splitlines()[-1].split()
+    assert row[:3] == ["leather", "20", "18.6"]
+    assert "47.3-69.9" in row

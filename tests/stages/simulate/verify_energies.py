@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 from small_scenes import PLAIN, ball, garment, scene, sheet, stepper
 
-from stages.simulate.springs import Springs, face_areas
+from stages.simulate.specimens import strip
+from stages.simulate.springs import Springs, bending_rows, face_areas
 from stages.simulate.stepper import Stepper
 
 H = 1 / 300
@@ -195,3 +196,21 @@ def test_bending_force_is_the_gradient_of_its_energy() -> None:
     matrix, d = _matrix(s), rng.normal(size=x.shape)
     slope = (_residual(s, x + 1e-4 * d) - _residual(s, x - 1e-4 * d)).ravel() / 2e-4
     np.testing.assert_allclose(-matrix @ d.ravel(), slope, atol=1e-6 * np.abs(slope).max())
+
+
+def test_bending_energy_of_waves_is_of_second_order() -> None:
+    # z = a sin(k x) holds B k^4 a^2 / 4 per area, and on a mesh with columns h apart, as every second difference does,
+    # (2 (1 - cos k h) / (k h)^2)^2 of it: 1 - (k h)^2 / 6.
+    k, rigidity, errors = 2 * np.pi / 0.12, 2e-5, []
+    for edge in (0.02, 0.01, 0.005):
+        x, faces, step = strip(0.36, 0.2, edge, clamp=0)
+        area = face_areas(x, faces).sum()
+        x[:, 2] = 1e-5 * np.sin(k * x[:, 0])
+        flat = x * np.array([1.0, 1.0, 0.0])
+        rows, q = bending_rows(flat, faces, np.full(len(x), rigidity))
+        energy = -0.5 * float((q * ((x[rows[:, 0]] - x[rows[:, 1]]) ** 2).sum(1)).sum())
+        exact = rigidity * k**4 * 1e-10 / 4 * area
+        errors.append(1 - energy / exact)
+        assert energy == pytest.approx(exact * (2 * (1 - np.cos(k * step)) / (k * step) ** 2) ** 2, rel=0.03)
+    assert 3.5 < errors[0] / errors[1] < 4.5
+    assert 3.5 < errors[1] / errors[2] < 4.5
