@@ -23,7 +23,12 @@ class Energy:
     @property
     def total(self) -> float:
         """Their sum."""
-        return self.kinetic + self.height + self.stretch + self.bending
+        return self.free + self.stretch + self.bending
+
+    @property
+    def free(self) -> float:
+        """That of motion and height."""
+        return self.kinetic + self.height
 
 
 class EnergyMeter:

@@ -28,6 +28,8 @@ WHIP = 5.0
 """Greatest speed of any vertex over that of body, pins and free fall together: hems crack like whips."""
 DEPTH = 0.5e-3
 """Depth in the body that counts as penetration [m]."""
+ROUNDING = 1e-6
+"""Of depths [m]."""
 LOOKS = 40
 """Frames in which depth is measured."""
 MOST_FACES = 50_000
@@ -121,8 +123,11 @@ def _motion(case: Case, scene: Scene, watch: Watch, verdict: Verdict) -> list[st
     fall = max(start.height - min(e.height for e in watch.energies), 0.0)
     slack = max(ENERGY_SLACK * fall, 0.5 * mass * RESTING_SPEED**2)
     drive, rise = (0.0, 0.0) if case.still else driven(scene)
+    if case.push and len(scene.body_faces):
+        rise += depth_in_body(scene, scene.start, 0)
     put_in = 0.5 * mass * ((BOUNCE * drive) ** 2 + case.push**2) + mass * abs(watch.gravity) * rise
-    totals = [e.total - start.total for e in watch.energies]
+    # What a start in the wrong place holds in its contacts, stretch and bending may take over: a sleeve too tight.
+    totals = [(e.free - start.free) if case.push else (e.total - start.total) for e in watch.energies]
     gain = max(totals)
     drop = float(scene.start[:, 2].max() - watch.stepper.x[:, 2].min())
     bound = WHIP * (drive + np.sqrt(2 * abs(watch.gravity) * max(drop, 0.0)) + RESTING_SPEED) + case.push
@@ -169,14 +174,14 @@ def _places(scene: Scene, x: np.ndarray, verdict: Verdict) -> list[str]:
         verdict.crossings_end = len(self_intersecting_faces(x[-1], faces))
     if not len(scene.body_faces):
         return []
-    looks = np.unique(np.linspace(0, len(x) - 1, LOOKS).round().astype(int))
+    looks = np.unique(np.linspace(1, len(x) - 1, LOOKS).round().astype(int))
     start = depth_in_body(scene, scene.start, 0)
     depths = [depth_in_body(scene, x[k], scene.record + int(k)) for k in looks]
     verdict.depth_start_mm, verdict.depth_worst_mm, verdict.depth_end_mm = (
         round(1e3 * d, 3) for d in (start, max(depths), depths[-1])
     )
     faults = []
-    if max(depths) > max(start, DEPTH):
+    if max(depths) > max(start + ROUNDING, DEPTH):
         frame = int(looks[int(np.argmax(depths))])
         faults.append(f"{1e3 * max(depths):.1f} mm inside the body in frame {frame}, {1e3 * start:.1f} at the start")
     if depths[-1] > DEPTH:
