@@ -92,6 +92,13 @@ def test_a_good_case_is_finite():
     assert verdict.crossings_end == 0 and verdict.depth_worst_mm == 0.0
 
 
+def fold_through_itself(stepper):
+    """Lay half of the sheet onto the other half, tilted, so that the two cross along a line."""
+    half = stepper.x[:18]
+    half[:, 0] *= -1.0
+    half[:, 2] += 0.3 * (half[:, 1] - half[:, 1].mean() + 0.002)
+
+
 @pytest.mark.parametrize(
     ("spoil", "fault"),
     [
@@ -99,6 +106,7 @@ def test_a_good_case_is_finite():
         (lambda s: s.v.__imul__(3.0), "energy grew"),
         (lambda s: s.x.__setitem__((slice(None), 2), 0.1), "inside the body"),
         (lambda s: s.v.__setitem__((0, 0), 500.0), "cloth reached 500.0 m/s"),
+        (fold_through_itself, "crossings of its own"),
     ],
 )
 def test_what_goes_wrong_is_seen(spoil, fault, monkeypatch):

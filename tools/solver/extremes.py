@@ -41,15 +41,18 @@ COLUMNS = {
 TEXT = f"""# The solver at the extremes
 
 `make extremes` makes this table: {{count}} cases, each in a process of its own with a time limit. A case is finite, or
-refused before its first step with a reason; anything else is FAILED: a value that isn't finite, a process that crashes
-or doesn't end, a step that can't be solved, depth in the body beyond {1e3 * DEPTH:g} mm and beyond that of the start,
-and energy from nowhere. The cloth's energy (motion, height, stretch, bending) may exceed that of the start by the work
-put in: as if all of it had bounced at {BOUNCE:g} times the speed of the fastest body vertex or pin, and had risen as
-far as the body; and by {100 * ENERGY_SLACK:g} % of its greatest fall in height energy. Where nothing but the cloth moves
-only the last counts. If it starts inside a body or tangled it may be lifted out, and gain 1 m/s (5 m/s for the crumpled
-sheet); only motion and height count then, as a sleeve that is too tight has to stretch. No vertex may be faster than
-{WHIP:g} times the fastest body and a free fall through the scene together, as hems crack like whips.
-Depth is libigl's signed distance; crossings are pairs of the cloth's own faces that pass through each other.
+refused before its first step with a reason. Anything else is FAILED:
+
+- a value that isn't finite, a process that crashes or doesn't end, a step that can't be solved;
+- depth in the body beyond {1e3 * DEPTH:g} mm and beyond that of the start, by libigl's signed distance;
+- more crossings at the end than at the start: pairs of the cloth's own faces that pass through each other;
+- energy from nowhere. The cloth's energy (motion, height, stretch, bending) may exceed that of the start by the work
+  put in: as if all of it had bounced at {BOUNCE:g} times the speed of the fastest body vertex or pin, and had risen as
+  far as the body; and by {100 * ENERGY_SLACK:g} % of its greatest fall in height energy. Where nothing but the cloth
+  moves only the last counts. If it starts inside a body or tangled it may be lifted out, and gain 1 m/s (5 m/s for
+  the crumpled sheet); only motion and height count then, as a sleeve that is too tight has to stretch;
+- a vertex faster than {WHIP:g} times the fastest body and a free fall through the scene together: hems crack like
+  whips, but not more than that.
 
 {{outcomes}}. Commit {{commit}}, {{date}}.
 

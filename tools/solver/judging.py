@@ -172,19 +172,23 @@ def _places(scene: Scene, x: np.ndarray, verdict: Verdict) -> list[str]:
     if len(faces) <= MOST_FACES:
         verdict.crossings_start = len(self_intersecting_faces(scene.start, faces))
         verdict.crossings_end = len(self_intersecting_faces(x[-1], faces))
+    faults = []
+    if verdict.crossings_start is not None and (verdict.crossings_end or 0) > verdict.crossings_start:
+        faults.append(
+            f"{verdict.crossings_end} crossings of its own at the end, {verdict.crossings_start} at the start"
+        )
     if not len(scene.body_faces):
-        return []
+        return faults
     looks = np.unique(np.linspace(1, len(x) - 1, LOOKS).round().astype(int))
     start = depth_in_body(scene, scene.start, 0)
     depths = [depth_in_body(scene, x[k], scene.record + int(k)) for k in looks]
     verdict.depth_start_mm, verdict.depth_worst_mm, verdict.depth_end_mm = (
         round(1e3 * d, 3) for d in (start, max(depths), depths[-1])
     )
-    faults = []
-    if max(depths) > max(start + ROUNDING, DEPTH):
+    if max(depths) > max(start, DEPTH) + ROUNDING:
         frame = int(looks[int(np.argmax(depths))])
         faults.append(f"{1e3 * max(depths):.1f} mm inside the body in frame {frame}, {1e3 * start:.1f} at the start")
-    if depths[-1] > DEPTH:
+    if depths[-1] > DEPTH + ROUNDING:
         faults.append(f"still {1e3 * depths[-1]:.1f} mm inside the body at the end")
     return faults
 
