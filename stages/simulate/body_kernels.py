@@ -45,23 +45,3 @@ def face_frames(
         m = (a + b + c) / 3.0
         put(centre, f, m)
         radius[f] = ti.sqrt(ti.max((a - m).norm_sqr(), (b - m).norm_sqr(), (c - m).norm_sqr()))
-
-
-@kernel
-def piece_spheres(
-    x: Array,
-    faces: Array,
-    radius: Array,
-    piece_face: Array,
-    piece_bary: Array,
-    piece_scale: Array,
-    # outputs
-    piece_centre: Array,
-    piece_radius: Array,
-) -> None:
-    """Bounding sphere of every piece of a triangle; a piece is like its triangle, `piece_scale` times as large."""
-    for k in range(piece_face.shape[0]):
-        f = piece_face[k]
-        u = vec(piece_bary, k)
-        put(piece_centre, k, u[0] * vec(x, faces[f, 0]) + u[1] * vec(x, faces[f, 1]) + u[2] * vec(x, faces[f, 2]))
-        piece_radius[k] = radius[f] * piece_scale[k]

@@ -6,7 +6,8 @@ from collections.abc import Callable
 
 import numpy as np
 
-from stages.simulate.body_kernels import between_frames, face_frames, piece_spheres
+from stages.simulate.body_kernels import between_frames, face_frames
+from stages.simulate.patches import Patches
 from stages.spec import DataError
 
 Frames = Callable[[int], np.ndarray]
@@ -20,12 +21,11 @@ class BodyMotion:
     (Catmull and Rom 1974): exact at the frames, and no jump of velocity there to shake the cloth 30 times a second.
 
     Attributes:
-        x: Vertices [m] at the time last asked for, shape [V, 3]; x_old those of the time before.
+        x: Vertices [m] at `time` [s], the last asked for, shape [V, 3]; x_old those a step before.
         faces: Shape [F, 3]; across [F, 3] is the face beyond the edge opposite to each corner, itself at a border.
         start [V + 1], incident [3 F]: Corners about each vertex.
         face_normal, centre [F, 3], radius [F]: Of the triangles at that time.
-        piece_face [P], piece_centre [P, 3], piece_radius [P]: Pieces that large triangles are cut into for the search,
-            which would otherwise have to look as far as the largest triangle reaches.
+        patches: The cut of the surface into small patches, by which `faces` are ordered.
     """
 
     def __init__(self, faces: np.ndarray, frames: Frames, count: int, fps: float) -> None:
@@ -34,13 +34,15 @@ class BodyMotion:
         first = np.asarray(frames(0), np.float64)
         if len(self.faces) and self.faces.max() >= len(first):
             raise DataError(f"body: a face names vertex {self.faces.max()}, but there are {len(first)} vertices")
+        if len(self.faces):
+            self.patches = Patches(first, self.faces)
+            self.faces = self.patches.faces
         self.across = _faces_across(self.faces)
         self.start, self.incident = incident_corners(self.faces, len(first))
         self.x, self.x_old = first.copy(), first.copy()
         self.face_normal, self.centre = np.zeros((len(self.faces), 3)), np.zeros((len(self.faces), 3))
         self.radius = np.zeros(len(self.faces))
-        self.piece_face, self.piece_bary, self.piece_scale = _pieces(first, self.faces)
-        self.piece_centre, self.piece_radius = np.zeros((len(self.piece_face), 3)), np.zeros(len(self.piece_face))
+        self.time = np.nan
         self._cache: dict[int, np.ndarray] = {}
         self.refresh()
 
@@ -57,10 +59,13 @@ class BodyMotion:
             self._cache[k] = x
         return self._cache[k]
 
-    def move_to(self, time: float) -> None:
-        """Place the body at `time` [s]; what was x becomes x_old."""
+    def move_to(self, time: float, dt: float) -> None:
+        """Place x_old at `time` [s] and x a step of `dt` [s] later."""
         self.x, self.x_old = self.x_old, self.x
-        self.place(time, self.x)
+        if self.time != time:
+            self.place(time, self.x_old)
+        self.place(time + dt, self.x)
+        self.time = time + dt
         self.refresh()
 
     def place(self, time: float, out: np.ndarray) -> None:
@@ -75,16 +80,6 @@ class BodyMotion:
         """Normals and bounds of the triangles at x."""
         if len(self.faces):
             face_frames(self.x, self.faces, self.face_normal, self.centre, self.radius)
-            piece_spheres(
-                self.x,
-                self.faces,
-                self.radius,
-                self.piece_face,
-                self.piece_bary,
-                self.piece_scale,
-                self.piece_centre,
-                self.piece_radius,
-            )
 
 
 def _faces_across(faces: np.ndarray) -> np.ndarray:
@@ -105,24 +100,3 @@ def incident_corners(faces: np.ndarray, count: int) -> tuple[np.ndarray, np.ndar
     order = np.argsort(faces.ravel(), kind="stable").astype(np.int32)
     start = np.searchsorted(faces.ravel()[order], np.arange(count + 1)).astype(np.int32)
     return start, order
-
-
-def _pieces(x: np.ndarray, faces: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Triangles cut in four until none is much larger than the median: face [P], barycentre [P, 3] and scale [P]."""
-    if not len(faces):
-        return np.zeros(0, np.int32), np.zeros((0, 3)), np.zeros(0)
-    corners = x[faces]
-    radius = np.linalg.norm(corners - corners.mean(1, keepdims=True), axis=2).max(1)
-    cuts = np.clip(np.ceil(np.log2(radius / max(0.014, 1.3 * float(np.median(radius))))), 0, 4).astype(int)
-    face, bary, scale = [], [], []
-    triangles = np.eye(3)[None]
-    for level in range(cuts.max() + 1):
-        mine = np.flatnonzero(cuts == level)
-        face.append(np.repeat(mine, len(triangles)))
-        bary.append(np.tile(triangles.mean(1), (len(mine), 1)))
-        scale.append(np.full(len(mine) * len(triangles), 0.5**level))
-        a, b, c = triangles[:, 0], triangles[:, 1], triangles[:, 2]
-        ab, bc, ca = (a + b) / 2, (b + c) / 2, (c + a) / 2
-        triangles = np.stack([np.stack(t, 1) for t in ((a, ab, ca), (ab, b, bc), (ca, bc, c), (ab, bc, ca))], 1)
-        triangles = triangles.reshape(-1, 3, 3)
-    return np.concatenate(face).astype(np.int32), np.concatenate(bary), np.concatenate(scale)

@@ -6,9 +6,20 @@ import igl
 import numpy as np
 
 from stages.simulate.body_motion import BodyMotion
-from stages.simulate.contact_kernels import find_candidates, foresee, hold_attached, lift_out, press, take_over, touch
-from stages.simulate.grid import Grid
+from stages.simulate.contact_kernels import (
+    count_windings,
+    find_candidates,
+    foresee,
+    hold_attached,
+    lay_on_skin,
+    lift_out,
+    press,
+    take_over,
+    touch,
+)
 from stages.simulate.kernels import BLOCKS
+from stages.simulate.patch_kernels import GROUP, bound_patches, meet_others
+from stages.simulate.patches import Patches
 
 
 class BodyContact:
@@ -24,9 +35,17 @@ class BodyContact:
         shear [N, 3] [m]: Elastic slip of the friction's grip; `accept` keeps that of the solved step.
     """
 
+    SPARE = 0.004
+    """How much beyond the margin to look for skin, besides what it moves [m]."""
+    MEET_STEPS = 4
+    """Steps ahead for which the patches that can meet are looked up."""
+    SURPRISE = 0.02
+    """How much further cloth may go meanwhile than its velocity says [m]."""
+
     def __init__(
         self,
         body: BodyMotion,
+        patches: Patches,
         area: np.ndarray,
         friction: np.ndarray,
         *,
@@ -39,11 +58,19 @@ class BodyContact:
         self.body, self.area, self.friction = body, area, friction
         self.margin, self.stiffness, self.damping, self.grip = margin, stiffness, damping, grip
         self.active, self.pinched = np.ones(n, np.int32), np.ones(n, np.int32)
-        self.grid = Grid(max(len(body.piece_face), 1))
+        self.patches = patches
+        own = len(patches.layer)
+        self.box, self.group_box = np.zeros((own, 6)), np.zeros(((own + GROUP - 1) // GROUP, 6))
+        self.met_count, self.met, self.met_until = np.zeros(own, np.int32), np.zeros((own, 32), np.int32), -1.0
+        self.ahead, self.body_ahead = np.zeros((n, 3)), np.zeros_like(body.x)
+        if len(body.faces):
+            other = len(body.patches.layer)
+            self.body_box, self.body_group_box = np.zeros((other, 6)), np.zeros(((other + GROUP - 1) // GROUP, 6))
         self.count, self.found = np.zeros(n, np.int32), np.zeros((n, 32), np.int32)
         self.face, self.face2 = np.full(n, -1, np.int32), np.full(n, -1, np.int32)
         self.bary, self.normal, self.normal2 = np.zeros((n, 3)), np.zeros((n, 3)), np.zeros((n, 3))
         self.distance, self.distance2 = np.full(n, 1e9), np.full(n, 1e9)
+        self.looked, self.located = np.zeros((n, 3)), np.nan
         self.force, self.block = np.zeros((n, 3)), np.zeros((n, 6))
         self.shear, self.shear_new, self.reaction = np.zeros((n, 3)), np.zeros((n, 3)), np.zeros(n)
         self.tie_face, self.tie_bary = np.zeros(n, np.int32), np.zeros((n, 3))
@@ -52,42 +79,56 @@ class BodyContact:
         self.deepest_vertex = 0
         self.deepest, self.moved = np.zeros(BLOCKS), np.zeros(BLOCKS, np.int32)
 
-    def search(self, x: np.ndarray, reach: float) -> None:
-        """List the triangles within `reach` [m] of each vertex of `x`, body at its present place."""
-        if not len(self.body.faces):
+    def search(self, x: np.ndarray, v: np.ndarray, dt: float, guess: np.ndarray, furthest: float) -> None:
+        """List the triangles near each vertex of `guess`, which a step of `dt` [s] from x at velocity v leads to.
+
+        The body has been moved to the end of the step. Which patches of the body each patch of cloth can meet is looked
+        up for some steps at a time. No triangle further away than `furthest` [m] is listed.
+        """
+        b = self.body
+        if not len(b.faces):
             return
-        b, g = self.body, self.grid
-        widest = float(b.piece_radius.max())
-        g.fill(
-            b.piece_centre,
-            b.piece_radius,
-            max(reach + widest, 1e-3),
-            x.min(0) - reach - widest,
-            x.max(0) + reach + widest,
-        )
+        if b.time > self.met_until + 1e-9:
+            self._meet(x, v, b.time - dt, self.MEET_STEPS * dt)
+        p = b.patches
         while True:
             find_candidates(
-                x,
-                b.piece_face,
-                reach,
-                widest,
-                g.lo,
-                g.size,
-                g.dims,
-                g.first,
-                g.items,
-                g.balls,
-                self.count,
-                self.found,
-            )
-            most = int(self.count.max())
-            if most <= self.found.shape[1]:
+                guess, v, b.x, b.x_old, b.faces, b.centre, b.radius, self.margin + self.SPARE, furthest, dt,
+                self.patches.of_vertex, p.start, self.met_count, self.met, self.count, self.found,
+            )  # fmt: skip
+            if not self._too_narrow("found", self.count):
                 return
-            self.found = np.zeros((len(x), int(most * 1.25)), np.int32)
+
+    def _meet(self, x: np.ndarray, v: np.ndarray, time: float, horizon: float) -> None:
+        """Which patches of the body each patch of cloth can meet from `time` [s] on for `horizon` [s]."""
+        b, own, other = self.body, self.patches, self.body.patches
+        drift = v.mean(0)
+        np.multiply(v - drift, 1.25 * horizon, out=self.ahead)
+        self.ahead += x
+        bound_patches(x, self.ahead, own.faces, own.start, self.box, self.group_box)
+        b.place(time + horizon, self.body_ahead)
+        self.body_ahead -= horizon * drift
+        bound_patches(b.x_old, self.body_ahead, b.faces, other.start, self.body_box, self.body_group_box)
+        # What the velocity at the start doesn't tell: contact and gravity may speed the cloth up meanwhile.
+        reach = self.margin + self.SPARE + self.SURPRISE
+        while True:
+            meet_others(self.box, self.body_box, self.body_group_box, reach, self.met_count, self.met)
+            if not self._too_narrow("met", self.met_count):
+                break
+        self.met_until = time + horizon
+
+    def _too_narrow(self, name: str, count: np.ndarray) -> bool:
+        """Whether more were found than the list has room for; if so, the list is made wider."""
+        found, most = getattr(self, name), int(count.max())
+        if most <= found.shape[1]:
+            return False
+        setattr(self, name, np.zeros((len(found), int(most * 1.3)), np.int32))
+        return True
 
     def locate(self, x: np.ndarray) -> None:
-        """Closest points of the active vertices of `x` among the candidates."""
+        """Closest points of the active vertices of `x` among the candidates; far away ones may keep an older one."""
         b = self.body
+        moved, self.located = int(self.located != b.time), b.time
         touch(
             x,
             self.active,
@@ -102,6 +143,7 @@ class BodyContact:
             b.centre,
             b.radius,
             self.margin,
+            moved,
             self.face,
             self.bary,
             self.normal,
@@ -110,6 +152,7 @@ class BodyContact:
             self.normal2,
             self.distance2,
             self.pinched,
+            self.looked,
         )
 
     def evaluate(self, x: np.ndarray, x_start: np.ndarray, dt: float) -> None:
@@ -159,6 +202,11 @@ class BodyContact:
                 self.block,
             )
 
+    @property
+    def touching(self) -> int:
+        """How many vertices the skin touches."""
+        return int((self.distance < self.margin).sum()) if len(self.body.faces) else 0
+
     def foresee(self, x: np.ndarray, solved: np.ndarray) -> None:
         """Take over what the linear solve from `x`, where contact was evaluated, to `solved` says of the forces."""
         if len(self.body.faces):
@@ -192,21 +240,28 @@ class BodyContact:
 
         In an armpit or a bent elbow skin passes into skin and there is no outside left for the cloth in the fold. It
         stays on the side it lies on, at most `depth` [m] from that skin, so that it is nowhere deep inside the body
-        either; the fold hides it. Only what has been between two sides of the skin can get there. Returns how many
-        were moved.
+        either; the fold hides it. Only what has been between two sides of the skin, or is next to such cloth, can get
+        there. Returns how many were moved.
         """
         if not len(self.body.faces) or not self.pinched.any():
             return 0
+        edges = self.patches.edges
+        for _ in range(2):
+            self.pinched[edges[self.pinched[edges].any(axis=1)]] = 1
         self.locate(x)
         near = np.flatnonzero((self.face >= 0) & (self.distance > depth) & (self.pinched > 0))
         self.pinched[:] = 0
         if not len(near):
             return 0
-        # The winding number counts how many times the skin encloses a point, overlapping or not (Barill et al. 2018).
-        winding = igl.fast_winding_number(self.body.x, self.body.faces.astype(np.int64), x[near])
-        hidden = near[winding > 0.5]
+        # The winding number counts how many times the skin encloses a point, overlapping or not.
+        winding = np.zeros(len(near), np.int32)
+        count_windings(np.ascontiguousarray(x[near]), self.body.x, self.body.faces, winding)
+        hidden = near[winding > 0]
         self.pinched[hidden] = 1
-        x[hidden] += (depth - self.distance[hidden])[:, None] * self.normal[hidden]
+        if len(hidden):
+            lay_on_skin(
+                hidden.astype(np.int32), self.body.x, self.body.faces, self.body.centre, self.body.radius, depth, x
+            )
         return len(hidden)
 
     def take_over(
@@ -235,15 +290,11 @@ class BodyContact:
 
     def tie(self, vertices: np.ndarray, x: np.ndarray, stiffness: np.ndarray) -> None:
         """Tie `vertices` (K,) of `x` softly to the closest body points where they are now, `stiffness` (K,) [N/m]."""
-        reach = self.margin
-        while (self.face[vertices] < 0).any():
-            reach *= 2
-            self.search(x, reach)
-            self.locate(x)
-            if reach > 1.0:
-                break
-        keep = vertices[self.face[vertices] >= 0]
-        self.tie_face[keep], self.tie_bary[keep] = self.face[keep], self.bary[keep]
-        self.tie_offset[keep] = np.maximum(self.distance[keep], self.margin)
-        self.tie_stiffness[keep] = stiffness[np.isin(vertices, keep)]
-        self.has_ties = bool(len(keep))
+        b = self.body
+        squared, face, point = igl.point_mesh_squared_distance(x[vertices], b.x, b.faces.astype(np.int64))[:3]
+        corners = [np.ascontiguousarray(b.x[b.faces[face, k]]) for k in range(3)]
+        self.tie_face[vertices] = face
+        self.tie_bary[vertices] = igl.barycentric_coordinates(np.ascontiguousarray(point), *corners)
+        self.tie_offset[vertices] = np.maximum(np.sqrt(squared), self.margin)
+        self.tie_stiffness[vertices] = stiffness
+        self.has_ties = True

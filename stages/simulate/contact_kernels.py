@@ -3,50 +3,50 @@
 import taichi as ti
 
 from stages.simulate.closest import closest_on_triangle, pseudo_normal
-from stages.simulate.grid import cell_of
-from stages.simulate.kernels import BLOCKS, Array, Real, Value, inline, kernel, put, vec
+from stages.simulate.kernels import BLOCKS, Array, Int, Real, Value, inline, kernel, put, vec
 
 
 @kernel
 def find_candidates(
     x: Array,
-    piece_face: Array,
+    v: Array,
+    body: Array,
+    body_start: Array,
+    faces: Array,
+    centre: Array,
+    radius: Array,
     reach: Real,
-    widest: Real,
-    lo: Array,
-    size: Real,
-    dims: Array,
-    first: Array,
-    items: Array,
-    balls: Array,
+    furthest: Real,
+    dt: Real,
+    patch: Array,
+    patch_start: Array,
+    met_count: Array,
+    met: Array,
     # outputs
     count: Array,
     found: Array,
 ) -> None:
-    """Triangles of which a piece's bounding sphere is within `reach` of a vertex: found[i, :count[i]], in grid order.
+    """Triangles nearer to each vertex than `reach` and what they move past it in `dt`, of the patches that its can meet.
 
-    count goes on beyond the width of `found`, so that the caller sees how much room is missing.
+    found[i, :count[i]], ascending; count goes on beyond the width of `found`, so that the caller sees how much room is
+    missing.
     """
     for i in range(x.shape[0]):
         p = vec(x, i)
         n = 0
-        r = ti.Vector([1.0, 1.0, 1.0]) * (reach + widest)
-        a, b = cell_of(p - r, lo, size, dims), cell_of(p + r, lo, size, dims)
-        for cz in range(a[2], b[2] + 1):
-            for cy in range(a[1], b[1] + 1):
-                row = (cz * dims[1] + cy) * dims[0]
-                for k in range(first[row + a[0]], first[row + b[0] + 1]):
-                    d = vec(balls, k) - p
-                    far = reach + balls[k, 3]
-                    if d.norm_sqr() < far * far:
-                        f = piece_face[items[k]]
-                        known = False
-                        for m in range(ti.min(n, found.shape[1])):
-                            known = known or found[i, m] == f
-                        if not known:
-                            if n < found.shape[1]:
-                                found[i, n] = f
-                            n += 1
+        for e in range(met_count[patch[i]]):
+            m = met[patch[i], e]
+            for f in range(patch_start[m], patch_start[m + 1]):
+                d2 = (vec(centre, f) - p).norm_sqr()
+                far = furthest + radius[f]
+                if d2 < far * far:
+                    a = faces[f, 0]
+                    slip = dt * vec(v, i) - (vec(body, a) - vec(body_start, a))
+                    far = ti.min(reach + 1.25 * slip.norm(), furthest) + radius[f]
+                    if d2 < far * far:
+                        if n < found.shape[1]:
+                            found[i, n] = f
+                        n += 1
         count[i] = n
 
 
@@ -71,6 +71,7 @@ def touch(
     centre: Array,
     radius: Array,
     margin: Real,
+    moved: Int,
     # outputs
     face: Array,
     bary: Array,
@@ -80,17 +81,21 @@ def touch(
     normal2: Array,
     distance2: Array,
     pinched: Array,
+    looked: Array,
 ) -> None:
     """Closest surface point of every vertex (face -1 if none), signed; and a second one where skin faces skin.
 
     The second contact is the closest triangle whose normal differs by more than 60 degrees and whose outside the
     vertex is on: without it a vertex in a fold of the body would be pushed from one side into the other. A surface
     that the vertex is behind, while another is nearer, is left alone: there the body overlaps itself and hides it.
-    Vertices that have other skin near, facing away from the nearest, are marked as `pinched`.
+    Vertices that have other skin near, facing away from the nearest, are marked as `pinched`. Unless the body has
+    `moved`, vertices are left as they were that were too far away, where they were last looked at, to touch it now.
     """
     for i in range(x.shape[0]):
-        if active[i] == 1:
-            p = vec(x, i)
+        p = vec(x, i)
+        far = moved == 0 and distance[i] - (p - vec(looked, i)).norm() > 1.5 * margin
+        if active[i] == 1 and not far:
+            put(looked, i, p)
             best, best_f = 1e30, -1
             best_u = ti.Vector([0.0, 0.0, 0.0, 0.0])
             near = 1e15
@@ -364,3 +369,66 @@ def take_over(
                 if rate < 0:
                     u -= rate * n
         put(v, i, u)
+
+
+@kernel
+def count_windings(
+    points: Array,
+    body: Array,
+    faces: Array,
+    # outputs
+    winding: Array,
+) -> None:
+    """How many times the closed surface encloses each point: signed crossings of the ray upwards from it.
+
+    Crossings of the triangle's outline in the plane are counted half-open, so that no edge or corner counts twice.
+    """
+    for k in range(points.shape[0]):
+        px, py, pz = points[k, 0], points[k, 1], points[k, 2]
+        total = 0
+        for f in range(faces.shape[0]):
+            a, b, c = vec(body, faces[f, 0]), vec(body, faces[f, 1]), vec(body, faces[f, 2])
+            if ti.max(a[2], b[2], c[2]) >= pz and ti.min(a[0], b[0], c[0]) <= px and ti.max(a[0], b[0], c[0]) >= px:
+                turns = 0
+                for e in ti.static(range(3)):
+                    u, w = ti.static(((a, b), (b, c), (c, a))[e])
+                    if (u[1] > py) != (w[1] > py):
+                        across = (w[0] - u[0]) * (py - u[1]) - (px - u[0]) * (w[1] - u[1])
+                        if w[1] > u[1] and across > 0:
+                            turns += 1
+                        if w[1] < u[1] and across < 0:
+                            turns -= 1
+                if turns != 0:
+                    n = (b - a).cross(c - a)
+                    height = n.dot(a - ti.Vector([px, py, pz]))
+                    # The ray meets the plane above the point: (a - p).n / n_z > 0, and comes out of the body there.
+                    if height * n[2] > 0:
+                        total += turns
+        winding[k] = total
+
+
+@kernel
+def lay_on_skin(
+    hidden: Array,
+    body: Array,
+    faces: Array,
+    centre: Array,
+    radius: Array,
+    depth: Real,
+    # outputs
+    x: Array,
+) -> None:
+    """Move the vertices `hidden` of x towards the closest point of the whole surface, to `depth` from it."""
+    for k in range(hidden.shape[0]):
+        p = vec(x, hidden[k])
+        best, near = ti.f64(1e30), ti.f64(1e15)
+        c = p
+        for f in range(faces.shape[0]):
+            if (p - vec(centre, f)).norm() - radius[f] < near:
+                u = closest_on_triangle(p, vec(body, faces[f, 0]), vec(body, faces[f, 1]), vec(body, faces[f, 2]))
+                q = surface_point(body, faces, f, u)
+                if (p - q).norm_sqr() < best:
+                    best = (p - q).norm_sqr()
+                    near = ti.sqrt(best)
+                    c = q
+        put(x, hidden[k], c + (p - c) * ti.min(1.0, depth / ti.max(near, 1e-12)))

@@ -9,16 +9,8 @@ import numpy as np
 from stages.simulate.body_motion import incident_corners
 from stages.simulate.pair_kernels import compact_pairs, gather_pairs, move_parted, part_pairs, press_pairs, write_pairs
 from stages.simulate.pair_normals import cloth_normals
-from stages.simulate.pair_search import (
-    GROUP,
-    bound_patches,
-    edge_spheres,
-    face_spheres,
-    find_edge_edges,
-    find_vertex_faces,
-    mark_close,
-    meet_patches,
-)
+from stages.simulate.pair_search import edge_spheres, face_spheres, find_edge_edges, find_vertex_faces, mark_close
+from stages.simulate.patch_kernels import GROUP, bound_normals, bound_patches, meet_patches
 from stages.simulate.patches import Patches
 
 LOOK_AHEAD = 1.25
@@ -43,8 +35,7 @@ class PairContact:
     def __init__(
         self,
         rest: np.ndarray,
-        faces: np.ndarray,
-        edges: np.ndarray,
+        patches: Patches,
         layer: np.ndarray,
         area: np.ndarray,
         mass: np.ndarray,
@@ -59,8 +50,9 @@ class PairContact:
         dtype: Any,
     ) -> None:
         n = len(rest)
-        self.patches = Patches(rest, faces, edges, layer)
-        self.rest, self.faces, self.edges = rest, self.patches.faces, self.patches.edges
+        self.patches = patches
+        self.rest, self.faces, self.edges = rest, patches.faces, patches.edges
+        faces, edges = self.faces, self.edges
         self.layer, self.area, self.mass, self.friction = layer, area, mass, friction
         self.thickness, self.slack, self.stiffness, self.every = thickness, slack, stiffness, every
         self.damping = damping
@@ -70,11 +62,11 @@ class PairContact:
         self.face_centre, self.face_radius = np.zeros((len(faces), 3)), np.zeros(len(faces))
         self.face_normal = np.zeros((len(faces), 3))
         self.edge_centre, self.edge_radius = np.zeros((len(edges), 3)), np.zeros(len(edges))
-        patches = len(self.patches.layer)
-        self.box, self.cone, self.drift = np.zeros((patches, 6)), np.zeros((patches, 4)), np.zeros(3)
-        self.group_box = np.zeros(((patches + GROUP - 1) // GROUP, 6))
-        self.met_count, self.met = np.zeros(patches, np.int32), np.zeros((patches, 32), np.int32)
-        self.slip = np.zeros(n)
+        count = len(patches.layer)
+        self.box, self.cone, self.drift = np.zeros((count, 6)), np.zeros((count, 4)), np.zeros(3)
+        self.group_box = np.zeros(((count + GROUP - 1) // GROUP, 6))
+        self.met_count, self.met = np.zeros(count, np.int32), np.zeros((count, 32), np.int32)
+        self.slip, self.ahead = np.zeros(n), np.zeros((n, 3))
         self.vf_count, self.vf_found = np.zeros(n, np.int32), np.zeros((n, 16), np.int32)
         self.ee_count, self.ee_found = np.zeros(len(edges), np.int32), np.zeros((len(edges), 16), np.int32)
         self.close = np.zeros(n, np.int32)
@@ -86,9 +78,9 @@ class PairContact:
         self.widest_slack, self.beside = float(np.median(length)), 1.2 * float(length.max())
         self.kept = np.zeros(1, np.int32)
         self.start = np.zeros(n + 2, np.int32)
-        self._room(1024)
+        self.room(1024)
 
-    def _room(self, total: int) -> None:
+    def room(self, total: int) -> None:
         """Buffers for `total` pairs."""
         self.found_vertices, self.side, self.gap = np.zeros((total, 4), np.int32), np.zeros((total, 3)), np.zeros(total)
         self.active = np.zeros(total, np.int32)
@@ -110,7 +102,11 @@ class PairContact:
         near, horizon = self.thickness + self.slack, LOOK_AHEAD * self.every * dt
         furthest, far = near + self.widest_slack, max(near, self.untangle)
         np.mean(v, axis=0, out=self.drift)
-        bound_patches(x, v, self.drift, horizon, self.faces, self.face_normal, p.start, self.box, self.cone)
+        np.subtract(v, self.drift, out=self.ahead)
+        self.ahead *= horizon
+        self.ahead += x
+        bound_patches(x, self.ahead, self.faces, p.start, self.box, self.group_box)
+        bound_normals(self.face_normal, p.start, self.cone)
         while True:
             meet_patches(
                 self.box, self.cone, p.layer, p.near_start, p.near, near, far, WIDEST_CONE,
@@ -142,7 +138,7 @@ class PairContact:
         self.faces_first = int(vf_end[-1])
         self.total = self.faces_first + int(ee_end[-1])
         if self.total > len(self.gap):
-            self._room(int(self.total * 1.3))
+            self.room(int(self.total * 1.3))
         write_pairs(
             x, self.rest, self.vertex_normal, self.faces, self.edges, self.layer, self.thickness,
             (vf_end - self.vf_count).astype(np.int32), self.vf_count, self.vf_found,

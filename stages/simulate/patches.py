@@ -1,4 +1,4 @@
-"""Patches: the faces and edges of the cloth in small groups that are near each other at rest."""
+"""Patches: the faces and edges of a surface in small groups that are near each other at rest."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ PATCHES = 2000
 
 
 class Patches:
-    """A cut of a scene's cloth into patches.
+    """A cut of a surface into patches.
 
     Attributes:
         faces [F, 3], edges [E, 2]: The mesh's own, those of a patch behind one another.
@@ -23,8 +23,12 @@ class Patches:
         near_start [P + 1], near: For each patch those that share a vertex with it, ascending, itself included.
     """
 
-    def __init__(self, rest: np.ndarray, faces: np.ndarray, edges: np.ndarray, layer: np.ndarray) -> None:
+    def __init__(
+        self, rest: np.ndarray, faces: np.ndarray, edges: np.ndarray | None = None, layer: np.ndarray | None = None
+    ) -> None:
         """Cut the mesh of `rest` [N, 3], `faces` [F, 3] and `edges` [E, 2] whose vertices are in `layer` [N]."""
+        edges = np.zeros((0, 2), np.int32) if edges is None else edges
+        layer = np.zeros(len(rest), np.int32) if layer is None else layer
         most = max(FACES, int(np.ceil(len(faces) / PATCHES)))
         centre = rest[faces].mean(1)
         groups = [

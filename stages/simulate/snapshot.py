@@ -73,7 +73,7 @@ def restore(stepper: Stepper, snapshot: Snapshot) -> None:
         pairs.age = pairs.lasts = pairs.every
         return
     if snapshot.pairs["total"] > len(pairs.gap):
-        pairs._room(int(snapshot.pairs["total"] * 1.3))
+        pairs.room(int(snapshot.pairs["total"] * 1.3))
     for name in PAIRS:
         setattr(pairs, name, snapshot.pairs[name])
     for name in PAIR_LISTS:

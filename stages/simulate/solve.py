@@ -13,6 +13,7 @@ from stages.simulate.body_motion import BodyMotion
 from stages.simulate.config import SimulateConfig
 from stages.simulate.contact import BodyContact
 from stages.simulate.pairs import PairContact
+from stages.simulate.patches import Patches
 from stages.simulate.runtime import start_taichi
 from stages.simulate.scene import Scene
 from stages.simulate.springs import Springs
@@ -69,8 +70,11 @@ def make_stepper(scene: Scene, config: SimulateConfig) -> Stepper:
     start_taichi(config.threads or None)
     springs = make_springs(scene)
     body = BodyMotion(scene.body_faces, scene.body, scene.body_frames, scene.fps)
+    vertices, faces, _, layer = joined(scene)
+    patches = Patches(vertices, faces, springs.edges, layer)
     contact = BodyContact(
         body,
+        patches,
         springs.area,
         per_vertex(scene, "friction"),
         margin=config.margin,
@@ -79,7 +83,7 @@ def make_stepper(scene: Scene, config: SimulateConfig) -> Stepper:
         grip=config.grip,
     )
     tied = np.flatnonzero(np.concatenate([g.tied for g in scene.garments]))
-    if len(tied) and config.waist_stiffness > 0:
+    if len(tied) and len(body.faces) and config.waist_stiffness > 0:
         contact.tie(tied, np.ascontiguousarray(scene.start, np.float64), config.waist_stiffness * springs.area[tied])
     fixed = np.zeros(len(scene.start), np.int32)
     fixed[scene.pins] = 1
@@ -92,11 +96,9 @@ def make_stepper(scene: Scene, config: SimulateConfig) -> Stepper:
 
     pairs = None
     if config.self_collision:
-        vertices, faces, _, layer = joined(scene)
         pairs = PairContact(
             vertices,
-            faces,
-            springs.edges,
+            patches,
             layer,
             springs.area,
             springs.mass,
@@ -125,9 +127,10 @@ def make_stepper(scene: Scene, config: SimulateConfig) -> Stepper:
 
 
 def fastest_pass(stepper: Stepper, frame: int) -> float:
-    """Greatest speed [m/s] at which skin that can reach the cloth during `frame` moves past it.
+    """Greatest speed [m/s] at which skin that can reach the cloth during `frame` moves into it.
 
-    Body vertices too far away for that, however fast they are, don't count.
+    Speed along the skin counts a third: it takes cloth round corners. Body vertices too far away to get to any cloth,
+    however fast they are, don't count.
     """
     body = stepper.contact.body
     if not len(body.faces):
@@ -135,11 +138,16 @@ def fastest_pass(stepper: Stepper, frame: int) -> float:
     # Neighbours move alike: a part of the vertices tells, if what lies between them is allowed for.
     before, a, b, after = (body.frame(k)[::8] for k in range(frame - 2, frame + 2))
     distance, nearest = cKDTree(stepper.x[::4]).query(a, workers=1)
+    way = (stepper.x[::4][nearest] - a) / np.maximum(distance, 1e-9)[:, None]
     # The body's motion is the cubic that has these slopes at its ends.
-    slopes = (b - a, 0.5 * (b - before), 0.5 * (after - a))
-    relative = np.max([np.linalg.norm(d * body.fps - stepper.v[::4][nearest], axis=1) for d in slopes], axis=0)
-    near = distance < relative / body.fps + 4 * stepper.config.travel + BETWEEN
-    return float(relative[near].max(initial=0.0))
+    fastest = 0.0
+    for slope in (b - a, 0.5 * (b - before), 0.5 * (after - a)):
+        velocity = slope * body.fps - stepper.v[::4][nearest]
+        speed = np.linalg.norm(velocity, axis=1)
+        near = distance < speed / body.fps + 4 * stepper.config.travel + BETWEEN
+        into = np.maximum((velocity * way).sum(1), speed / 3)
+        fastest = max(fastest, float(into[near].max(initial=0.0)))
+    return fastest
 
 
 BETWEEN = 0.02

@@ -24,6 +24,8 @@ class Report:
     """What a run did: counts, and seconds spent by part."""
 
     steps: int = 0
+    contacts: int = 0
+    pairs: int = 0
     halvings: int = 0
     newton: int = 0
     linear: int = 0
@@ -117,9 +119,11 @@ class Stepper:
         while time - self.time > 1e-9:
             left = time - self.time
             step = left / np.ceil(left / dt - 1e-6)
+            reaction = self.contact.reaction.copy()
             try:
                 self.step(step)
             except Rejected as fault:
+                self.contact.reaction[:] = reaction
                 dt = step / 2
                 self.report.halvings += 1
                 if dt < self.config.shortest_dt:
@@ -150,13 +154,10 @@ class Stepper:
         h = dt * (1 + w) / (1 + 2 * w)
         goal = self.x if self.goal is None else self.goal(self.time + dt)
         inertial_target(self.x, self.v, self.x_old, self.v_old, w, dt, self.fixed, goal, self.x_bar, self.y, self.guess)
-        body = self.contact.body
-        body.x, body.x_old = body.x_old, body.x
-        body.place(self.time, body.x_old)
-        body.place(self.time + dt, body.x)
-        body.refresh()
+        self.contact.body.move_to(self.time, dt)
         clock = self.report.clock("body", clock)
-        self.contact.search(self.guess, c.margin + 0.5 * c.travel + min(self.fastest * dt, c.travel))
+        furthest = c.margin + self.contact.SPARE + min(max(self.fastest * dt, c.travel), 2 * c.travel)
+        self.contact.search(self.x, self.v, dt, self.guess, furthest)
         clock = self.report.clock("candidates", clock)
         if self.pairs is not None:
             self.pairs.search(self.x, self.v, dt)
@@ -178,6 +179,8 @@ class Stepper:
             clock = self.report.clock("solve", clock)
             advance(x, self.pcg.dx, self.LONGEST_MOVE, BLOCKS, other, self.largest)
             self.contact.foresee(x, other)
+            self.report.contacts += self.contact.touching
+            self.report.pairs += 0 if self.pairs is None else self.pairs.count
             x, other = other, x
             self.report.newton += 1
             moved = float(self.largest.max())

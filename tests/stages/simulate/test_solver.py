@@ -92,12 +92,13 @@ def test_candidates_miss_no_triangle() -> None:
     body, body_faces = ball(0.1, 3)
     s = stepper(scene(garment(vertices, faces), body=(body, body_faces)))
     x = np.random.default_rng(0).normal(size=(64, 3))
-    x *= (0.1 + np.linspace(-0.015, 0.015, 64)[:, None]) / np.linalg.norm(x, axis=1, keepdims=True)
-    s.contact.search(x, 0.02)
+    x *= (0.1 + np.linspace(-0.005, 0.005, 64)[:, None]) / np.linalg.norm(x, axis=1, keepdims=True)
+    s.contact.body.move_to(0.0, 1 / 240)
+    s.contact.search(x, np.zeros((64, 3)), 1 / 240, x, 0.02)
     s.contact.locate(x)
     expected, _, closest = igl.signed_distance(x, body, body_faces.astype(np.int64))[:3]
     np.testing.assert_allclose(s.contact.distance, expected, atol=1e-12)
-    mine = np.einsum("nk,nkc->nc", s.contact.bary, body[body_faces[s.contact.face]])
+    mine = np.einsum("nk,nkc->nc", s.contact.bary, body[s.contact.body.faces[s.contact.face]])
     np.testing.assert_allclose(mine, closest, atol=1e-9)
 
 

@@ -130,7 +130,8 @@ def test_contact_force_is_the_gradient_of_its_penalty() -> None:
     c = s.contact
     x = vertices - [0.043, 0.038, 0.0]
     x[:, 2] = np.sqrt(0.3**2 - x[:, 0] ** 2 - x[:, 1] ** 2) + np.linspace(-0.0008, 0.0008, len(x))
-    c.search(x, 0.02)
+    c.body.move_to(0.0, 1.0)
+    c.search(x, np.zeros_like(x), 1.0, x, 0.02)
 
     def energy(p: np.ndarray) -> float:
         c.locate(p)
