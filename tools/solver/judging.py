@@ -28,6 +28,8 @@ WHIP = 5.0
 """Greatest speed of any vertex over that of body, pins and free fall together: hems crack like whips."""
 DEPTH = 0.5e-3
 """Depth in the body that counts as penetration [m]."""
+LASTING = 5
+"""Frames at the end of which the least tangled counts: crossings that come and go within them don't last."""
 ROUNDING = 1e-6
 """Of depths [m]."""
 LOOKS = 40
@@ -46,7 +48,8 @@ class Verdict:
         max_speed, speed_bound: Of the cloth, at the end of any frame [m/s].
         energy_gain_j, energy_bound_j: Greatest energy less that of the start, and what may have been put in [J].
         depth_start_mm, depth_worst_mm, depth_end_mm: In the body.
-        crossings_start, crossings_end: Pairs of faces of the cloth that pass through each other.
+        crossings_start, crossings_end: Pairs of faces of the cloth that pass through each other; the fewest of the last
+            frames.
     """
 
     outcome: str
@@ -171,7 +174,7 @@ def _places(scene: Scene, x: np.ndarray, verdict: Verdict) -> list[str]:
     _, faces, _, _ = joined(scene)
     if len(faces) <= MOST_FACES:
         verdict.crossings_start = len(self_intersecting_faces(scene.start, faces))
-        verdict.crossings_end = len(self_intersecting_faces(x[-1], faces))
+        verdict.crossings_end = min(len(self_intersecting_faces(y, faces)) for y in x[1:][-LASTING:])
     faults = []
     if verdict.crossings_start is not None and (verdict.crossings_end or 0) > verdict.crossings_start:
         faults.append(
