@@ -245,9 +245,6 @@ class BodyContact:
         """
         if not len(self.body.faces) or not self.pinched.any():
             return 0
-        edges = self.patches.edges
-        for _ in range(2):
-            self.pinched[edges[self.pinched[edges].any(axis=1)]] = 1
         self.locate(x)
         near = np.flatnonzero((self.face >= 0) & (self.distance > depth) & (self.pinched > 0))
         self.pinched[:] = 0
@@ -258,6 +255,9 @@ class BodyContact:
         count_windings(np.ascontiguousarray(x[near]), self.body.x, self.body.faces, winding)
         hidden = near[winding > 0]
         self.pinched[hidden] = 1
+        edges = self.patches.edges
+        for _ in range(2 if len(hidden) else 0):
+            self.pinched[edges[self.pinched[edges].any(axis=1)]] = 1
         if len(hidden):
             lay_on_skin(
                 hidden.astype(np.int32), self.body.x, self.body.faces, self.body.centre, self.body.radius, depth, x

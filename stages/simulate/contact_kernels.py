@@ -26,7 +26,7 @@ def find_candidates(
     count: Array,
     found: Array,
 ) -> None:
-    """Triangles nearer to each vertex than `reach` and what they move past it in `dt`, of the patches that its can meet.
+    """Triangles nearer to each vertex than `reach` and their motion past it in `dt`, of the patches that its can meet.
 
     found[i, :count[i]], ascending; count goes on beyond the width of `found`, so that the caller sees how much room is
     missing.

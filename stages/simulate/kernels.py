@@ -29,6 +29,9 @@ else:
 BLOCKS = 128
 """Blocks that every sum is cut into, whatever the number of threads: equal bits on one core or many."""
 
+TASK = 512
+"""Iterations that Taichi 1.7 gives to a thread at once: a parallel loop of fewer runs on one thread."""
+
 
 def kernel(function: _F) -> _F:
     """`function` as a Taichi kernel that remembers its last calls, see `Launcher`."""

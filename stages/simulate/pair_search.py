@@ -71,7 +71,7 @@ def find_vertex_faces(
     """Faces that are as close to each vertex as `near` or may be so within the time `horizon` [s], but not its own.
 
     Only those within `furthest` are looked at, in another garment all those within `far`; and only in patches that
-    its own patch can touch. `slip` is the greatest speed [m/s] relative to a face looked at.
+    its own patch can touch. `slip` is the greatest closing speed [m/s] of a face looked at.
     """
     for i in range(x.shape[0]):
         p = vec(x, i)
@@ -93,7 +93,9 @@ def find_vertex_faces(
                         if layer[i0] != layer[i]:
                             known = False
                         if i != i0 and i != i1 and i != i2 and not known:
-                            speed = (vec(v, i) - (vec(v, i0) + vec(v, i1) + vec(v, i2)) / 3.0).norm()
+                            d = vec(v, i) - (vec(v, i0) + vec(v, i1) + vec(v, i2)) / 3.0
+                            # Sliding along each other brings cloth together round corners only.
+                            speed = ti.max(ti.abs(d.dot(vec(normal, f))), d.norm() / 3.0)
                             limit = ti.min(near + horizon * speed, furthest)
                             if layer[i0] != layer[i]:
                                 limit = ti.max(limit, far)
@@ -177,7 +179,8 @@ def find_edge_edges(
                                 st = closest_on_edges(xa, xb, vec(x, j0), vec(x, j1))
                                 d = (1 - st[0]) * xa + st[0] * xb - (1 - st[1]) * vec(x, j0) - st[1] * vec(x, j1)
                                 slip = 0.5 * (vec(v, i0) + vec(v, i1) - vec(v, j0) - vec(v, j1))
-                                limit = ti.min(near + horizon * slip.norm(), furthest)
+                                speed = ti.max(ti.abs(slip.dot(d)) / ti.max(d.norm(), 1e-9), slip.norm() / 3.0)
+                                limit = ti.min(near + horizon * speed, furthest)
                                 if d.norm_sqr() < limit * limit:
                                     if n < found.shape[1]:
                                         found[e, n] = g

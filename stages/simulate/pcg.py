@@ -5,10 +5,13 @@ from typing import Any
 import numpy as np
 import taichi as ti
 
-from stages.simulate.kernels import BLOCKS, Array, Int, Value, inline, kernel, put, vec
+from stages.simulate.kernels import BLOCKS, TASK, Array, Int, Real, Value, inline, kernel, put, vec
+from stages.simulate.runtime import start_taichi
 
-SWEEPS = 4
-"""Iterations fused in one kernel launch, after which the residual is looked at."""
+SLOW = 8.0
+"""How many times slower than the best a shared solve may be before one thread works alone..."""
+ALONE = 100
+"""... for so many solves."""
 
 
 @inline
@@ -82,47 +85,62 @@ def corrected(
     return sym_times(inverse, i, vec(r, i)) + gathered(at, first, index, weight, 0, i, coarse, at[6] + at[7] + at[8])
 
 
+@inline
+def meet(gate: Value, crew: Value, count: Value) -> Value:
+    """Wait until all of the `crew` have come here for the `count`-th time; returns the count of the next meeting."""
+    if crew > 1:
+        ti.atomic_add(gate[0], 1)
+        while ti.atomic_max(gate[0], 0) < count * crew:
+            pass
+    return count + 1
+
+
+@inline
+def product_row(
+    i: Value,
+    diagonal: Value,
+    start: Value,
+    neighbour: Value,
+    spring: Value,
+    block: Value,
+    bend_start: Value,
+    bend_neighbour: Value,
+    bend: Value,
+    bend_scale: Value,
+    pair_vertices: Value,
+    pair_weights: Value,
+    pair_stiffness: Value,
+    pair_start: Value,
+    pair_index: Value,
+    z: Value,
+) -> Value:
+    """Row i of A z: D z - sum (a + w w^T) z_j + bending + contacts.
+
+    A contact between cloth adds weight_i K_c (sum_k weight_k z_k), K_c = a I + w w^T.
+    """
+    y = sym_times(diagonal, i, vec(z, i))
+    for e in range(start[i], start[i + 1]):
+        s = spring[e]
+        zj = vec(z, neighbour[e])
+        d = ti.Vector([block[s, 1], block[s, 2], block[s, 3]])
+        y -= block[s, 0] * zj + d * d.dot(zj)
+    t = y * 0
+    for e in range(bend_start[i], bend_start[i + 1]):
+        t += bend[e] * vec(z, bend_neighbour[e])
+    y += bend_scale[i] * t
+    for e in range(pair_start[i], pair_start[i + 1]):
+        c = pair_index[e] // 4
+        s = vec(z, pair_vertices[c, 0]) * pair_weights[c, 0]
+        for k in ti.static(range(1, 4)):
+            s += vec(z, pair_vertices[c, k]) * pair_weights[c, k]
+        d = ti.Vector([pair_stiffness[c, 1], pair_stiffness[c, 2], pair_stiffness[c, 3]])
+        y += pair_weights[c, pair_index[e] % 4] * (pair_stiffness[c, 0] * s + d * d.dot(s))
+    return y
+
+
 @kernel
-def begin(
+def conjugate_gradients(
     residual: Array,
-    inverse: Array,
-    at: Array,
-    first: Array,
-    index: Array,
-    weight: Array,
-    coarse_inverse: Array,
-    coarsest: Array,
-    # outputs
-    coarse: Array,
-    dx: Array,
-    r: Array,
-    z: Array,
-    p: Array,
-    q: Array,
-    scalars: Array,
-) -> None:
-    """dx = p = q = 0, r = residual, z = M^-1 r; scalars = 0."""
-    for i in range(r.shape[0]):
-        for c in ti.static(range(3)):
-            dx[i, c] = 0.0
-            p[i, c] = 0.0
-            q[i, c] = 0.0
-            r[i, c] = residual[i, c]
-        if i < 4:
-            scalars[i] = 0.0
-    for a in range(at[6]):
-        restrict(at, first, index, weight, r, a, coarse)
-    ti.loop_config(serialize=True)
-    for _ in range(1):
-        solve_coarse(at, first, index, weight, coarse_inverse, coarsest, coarse)
-    for a in range(at[6]):
-        interpolate_coarse(at, first, index, weight, coarse_inverse, a, coarse)
-    for i in range(r.shape[0]):
-        put(z, i, corrected(at, first, index, weight, inverse, i, r, coarse))
-
-
-@kernel
-def iterate(
     diagonal: Array,
     inverse: Array,
     start: Array,
@@ -145,6 +163,9 @@ def iterate(
     coarse_inverse: Array,
     coarsest: Array,
     blocks: Int,
+    enough: Real,
+    most: Int,
+    crew: Int,
     # outputs
     coarse: Array,
     dx: Array,
@@ -154,88 +175,112 @@ def iterate(
     q: Array,
     w: Array,
     part: Array,
-    scalars: Array,
+    gate: Array,
+    done: Array,
 ) -> None:
-    """SWEEPS iterations in the form with one reduction (Chronopoulos and Gear 1989): z = M^-1 r, w = A z, p, q = A p.
+    """Solve A dx = residual until r.z is `enough` of its first value, in at most `most` iterations; done[0]: how many.
 
-    The product A z is D z - sum (a + w w^T) z_j + bending + contacts, gathered vertex by vertex. A contact between
-    cloth adds weight_i K_c (sum_k weight_k z_k), K_c = a I + w w^T. scalars: r.z, alpha, beta, r.z at the start.
+    In the form with one reduction (Chronopoulos and Gear 1989): z = M^-1 r, w = A z, p, q = A p. The whole solve is one
+    launch: each of a `crew` of threads has its share of the rows, and they wait for each other at the `gate` (0 at the
+    start), since waking a thread for every loop would take longer than the loop. Every sum runs over the same `blocks`
+    whatever the crew.
     """
-    n = r.shape[0]
-    for _ in ti.static(range(SWEEPS)):
-        for b in range(blocks):
-            gamma, delta = ti.f64(0.0), ti.f64(0.0)
-            for i in range(b * n // blocks, (b + 1) * n // blocks):
-                zi = vec(z, i)
-                y = sym_times(diagonal, i, zi)
-                for e in range(start[i], start[i + 1]):
-                    s = spring[e]
-                    zj = vec(z, neighbour[e])
-                    d = ti.Vector([block[s, 1], block[s, 2], block[s, 3]])
-                    y -= block[s, 0] * zj + d * d.dot(zj)
-                t = zi * 0
-                for e in range(bend_start[i], bend_start[i + 1]):
-                    t += bend[e] * vec(z, bend_neighbour[e])
-                y += bend_scale[i] * t
-                for e in range(pair_start[i], pair_start[i + 1]):
-                    c = pair_index[e] // 4
-                    s = vec(z, pair_vertices[c, 0]) * pair_weights[c, 0]
-                    for k in ti.static(range(1, 4)):
-                        s += vec(z, pair_vertices[c, k]) * pair_weights[c, k]
-                    d = ti.Vector([pair_stiffness[c, 1], pair_stiffness[c, 2], pair_stiffness[c, 3]])
-                    y += pair_weights[c, pair_index[e] % 4] * (pair_stiffness[c, 0] * s + d * d.dot(s))
+    for k in range(crew * TASK):
+        if k % TASK == 0:
+            t = k // TASK
+            n, n1 = r.shape[0], at[6]
+            low, high = t * blocks // crew, (t + 1) * blocks // crew
+            i0, i1 = low * n // blocks, high * n // blocks
+            a0, a1 = t * n1 // crew, (t + 1) * n1 // crew
+            count = 1
+            for i in range(i0, i1):
                 for c in ti.static(range(3)):
-                    w[i, c] = y[c]
-                gamma += ti.f64(zi.dot(vec(r, i)))
-                delta += ti.f64(zi.dot(y))
-            part[b, 0] = gamma
-            part[b, 1] = delta
-        ti.loop_config(serialize=True)
-        for _s in range(1):
-            gamma, delta = ti.f64(0.0), ti.f64(0.0)
-            for b in range(blocks):
-                gamma += part[b, 0]
-                delta += part[b, 1]
-            beta = 0.0
-            if scalars[0] > 0:
-                beta = gamma / scalars[0]
-                delta -= beta * gamma / scalars[1]
-            else:
-                scalars[3] = gamma
-            alpha = 0.0
-            if delta > 0:
-                alpha = gamma / delta
-            scalars[0] = gamma
-            scalars[1] = alpha
-            scalars[2] = beta
-            if alpha == 0.0:
-                scalars[0] = 0.0
-        for i in range(n):
-            alpha, beta = scalars[1], scalars[2]
-            for c in ti.static(range(3)):
-                p[i, c] = z[i, c] + beta * p[i, c]
-                q[i, c] = w[i, c] + beta * q[i, c]
-                dx[i, c] += alpha * p[i, c]
-                r[i, c] -= alpha * q[i, c]
-        for a in range(at[6]):
-            restrict(at, first, index, weight, r, a, coarse)
-        ti.loop_config(serialize=True)
-        for _s in range(1):
-            solve_coarse(at, first, index, weight, coarse_inverse, coarsest, coarse)
-        for a in range(at[6]):
-            interpolate_coarse(at, first, index, weight, coarse_inverse, a, coarse)
-        for i in range(n):
-            put(z, i, corrected(at, first, index, weight, inverse, i, r, coarse))
+                    dx[i, c] = 0.0
+                    p[i, c] = 0.0
+                    q[i, c] = 0.0
+                    r[i, c] = residual[i, c]
+            old_gamma, old_alpha, first_gamma = ti.f64(0.0), ti.f64(0.0), ti.f64(0.0)
+            going = 1
+            iteration = 0
+            while going == 1:
+                count = meet(gate, crew, count)
+                for a in range(a0, a1):
+                    restrict(at, first, index, weight, r, a, coarse)
+                count = meet(gate, crew, count)
+                if t == 0:
+                    solve_coarse(at, first, index, weight, coarse_inverse, coarsest, coarse)
+                count = meet(gate, crew, count)
+                for a in range(a0, a1):
+                    interpolate_coarse(at, first, index, weight, coarse_inverse, a, coarse)
+                count = meet(gate, crew, count)
+                for i in range(i0, i1):
+                    put(z, i, corrected(at, first, index, weight, inverse, i, r, coarse))
+                count = meet(gate, crew, count)
+                for b in range(low, high):
+                    gamma, delta = ti.f64(0.0), ti.f64(0.0)
+                    for i in range(b * n // blocks, (b + 1) * n // blocks):
+                        y = product_row(
+                            i, diagonal, start, neighbour, spring, block, bend_start, bend_neighbour, bend, bend_scale,
+                            pair_vertices, pair_weights, pair_stiffness, pair_start, pair_index, z,
+                        )  # fmt: skip
+                        put(w, i, y)
+                        gamma += ti.f64(vec(z, i).dot(vec(r, i)))
+                        delta += ti.f64(vec(z, i).dot(y))
+                    part[b, 0] = gamma
+                    part[b, 1] = delta
+                count = meet(gate, crew, count)
+                gamma, delta = ti.f64(0.0), ti.f64(0.0)
+                for b in range(blocks):
+                    gamma += part[b, 0]
+                    delta += part[b, 1]
+                beta = ti.f64(0.0)
+                if iteration > 0:
+                    beta = gamma / old_gamma
+                    delta -= beta * gamma / old_alpha
+                else:
+                    first_gamma = gamma
+                if gamma > enough * first_gamma and delta > 0 and iteration < most:
+                    old_gamma, old_alpha = gamma, gamma / delta
+                    for i in range(i0, i1):
+                        for c in ti.static(range(3)):
+                            p[i, c] = z[i, c] + beta * p[i, c]
+                            q[i, c] = w[i, c] + beta * q[i, c]
+                            dx[i, c] += old_alpha * p[i, c]
+                            r[i, c] -= old_alpha * q[i, c]
+                    iteration += 1
+                else:
+                    going = 0
+            if t == 0:
+                done[0] = iteration
 
 
 class Pcg:
-    """Buffers of the linear solve, and the loop around its kernels.
+    """Buffers of the linear solve.
 
-    Solves A dx = residual until sqrt(r.z) falls below `tolerance` times its first value (z = inverse r).
+    Solves A dx = residual until sqrt(r.z) falls below `tolerance` times its first value (z = M^-1 r).
     """
 
     def __init__(self, count: int, dtype: Any = np.float32) -> None:
         self.dx, self.r, self.z, self.p, self.q, self.w = (np.zeros((count, 3), dtype) for _ in range(6))
         self.diagonal, self.inverse = np.zeros((count, 6), dtype), np.zeros((count, 6), dtype)
-        self.part, self.scalars = np.zeros((BLOCKS, 2)), np.zeros(4)
-        self.iterations = 0
+        self.part, self.gate, self.done = np.zeros((BLOCKS, 2)), np.zeros(1, np.int32), np.zeros(1, np.int32)
+        self.most_crew, self.alone, self.pace = start_taichi(), 0, np.inf
+
+    @property
+    def crew(self) -> int:
+        """How many threads to share a solve; results don't depend on it."""
+        return 1 if self.alone > 0 else self.most_crew
+
+    def clock(self, seconds: float) -> None:
+        """Take note of how long a solve took.
+
+        Threads that wait for each other lose whole slices of time where others want the cores: after a solve that was
+        many times slower than the best, one thread works alone for a while.
+        """
+        each = seconds / max(int(self.done[0]), 1)
+        if self.alone > 0:
+            self.alone -= 1
+        elif each > SLOW * self.pace:
+            self.alone = ALONE
+        else:
+            self.pace = min(self.pace, each)

@@ -14,7 +14,7 @@ from stages.simulate.elastic import advance, gather_rows, inertial_target, sprin
 from stages.simulate.kernels import BLOCKS
 from stages.simulate.multilevel import Multilevel
 from stages.simulate.pairs import PairContact
-from stages.simulate.pcg import SWEEPS, Pcg, begin, iterate
+from stages.simulate.pcg import Pcg, conjugate_gradients
 from stages.simulate.springs import Springs
 from stages.spec import DataError
 
@@ -255,30 +255,15 @@ class Stepper:
         m = self.levels
         pairs = self.no_pairs if q is None else (q.vertices, q.weights, q.block, q.start, q.index)
         levels = (m.at, m.first, m.index, m.weight, m.inverse, m.coarsest)
-        begin(*[self.residual, p.inverse, *levels, m.coarse, p.dx, p.r, p.z, p.p, p.q, p.scalars])
         matrix = (p.diagonal, p.inverse, s.start, s.neighbour, s.spring, self.block)
         bending = (s.bend_start, s.bend_neighbour, self.bend, self.bend_scale)
-        arrays = [
-            *matrix,
-            *bending,
-            *pairs,
-            *levels,
-            BLOCKS,
-            m.coarse,
-            p.dx,
-            p.r,
-            p.z,
-            p.p,
-            p.q,
-            p.w,
-            p.part,
-            p.scalars,
-        ]
-        for _ in range(0, c.linear_iterations, SWEEPS):
-            iterate(*arrays)
-            self.report.linear += SWEEPS
-            if not p.scalars[0] > c.tolerance**2 * p.scalars[3]:
-                break
+        limits = (BLOCKS, c.tolerance**2, c.linear_iterations, p.crew)
+        vectors = (m.coarse, p.dx, p.r, p.z, p.p, p.q, p.w, p.part, p.gate, p.done)
+        p.gate[:] = 0
+        clock = perf_counter()
+        conjugate_gradients(*[self.residual, *matrix, *bending, *pairs, *levels, *limits, *vectors])
+        p.clock(perf_counter() - clock)
+        self.report.linear += int(p.done[0])
 
     def _finish(self, x: np.ndarray, spare: np.ndarray, dt: float, h: float) -> None:
         c, r = self.config, self.report
