@@ -65,6 +65,7 @@ class BodyContact:
         self.ahead, self.body_ahead = np.zeros((n, 3)), np.zeros_like(body.x)
         if len(body.faces):
             other = len(body.patches.layer)
+            self.body_step_box = np.zeros((other, 6))
             self.body_box, self.body_group_box = np.zeros((other, 6)), np.zeros(((other + GROUP - 1) // GROUP, 6))
         self.count, self.found = np.zeros(n, np.int32), np.zeros((n, 32), np.int32)
         self.face, self.face2 = np.full(n, -1, np.int32), np.full(n, -1, np.int32)
@@ -91,10 +92,11 @@ class BodyContact:
         if b.time > self.met_until + 1e-9:
             self._meet(x, v, b.time - dt, self.MEET_STEPS * dt)
         p = b.patches
+        bound_patches(b.x_old, b.x, b.faces, p.start, self.body_step_box, self.body_group_box)
         while True:
             find_candidates(
                 guess, v, b.x, b.x_old, b.faces, b.centre, b.radius, self.margin + self.SPARE, furthest, dt,
-                self.patches.of_vertex, p.start, self.met_count, self.met, self.count, self.found,
+                self.patches.of_vertex, p.start, self.body_step_box, self.met_count, self.met, self.count, self.found,
             )  # fmt: skip
             if not self._too_narrow("found", self.count):
                 return

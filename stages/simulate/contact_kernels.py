@@ -4,6 +4,7 @@ import taichi as ti
 
 from stages.simulate.closest import closest_on_triangle, pseudo_normal
 from stages.simulate.kernels import BLOCKS, Array, Int, Real, Value, inline, kernel, put, vec
+from stages.simulate.patch_kernels import out_of_box
 
 
 @kernel
@@ -20,6 +21,7 @@ def find_candidates(
     dt: Real,
     patch: Array,
     patch_start: Array,
+    patch_box: Array,
     met_count: Array,
     met: Array,
     # outputs
@@ -36,7 +38,10 @@ def find_candidates(
         n = 0
         for e in range(met_count[patch[i]]):
             m = met[patch[i], e]
-            for f in range(patch_start[m], patch_start[m + 1]):
+            last = patch_start[m + 1]
+            if out_of_box(p, p, patch_box, m, furthest):
+                last = patch_start[m]
+            for f in range(patch_start[m], last):
                 d2 = (vec(centre, f) - p).norm_sqr()
                 far = furthest + radius[f]
                 if d2 < far * far:

@@ -99,7 +99,10 @@ class PairContact:
         face_spheres(x, self.faces, self.face_centre, self.face_radius, self.face_normal)
         cloth_normals(self.corner_start, self.corner, self.face_normal, self.vertex_normal)
         edge_spheres(x, self.edges, self.edge_centre, self.edge_radius)
-        near, horizon = self.thickness + self.slack, LOOK_AHEAD * self.every * dt
+        # All but 1 vertex in 500 closed in so slowly, when last looked at, that the pairs last so long.
+        fast = float(np.partition(self.slip, -1 - len(x) // 500)[-1 - len(x) // 500])
+        self.lasts = max(1, min(self.every, int(self.widest_slack / max(LOOK_AHEAD * fast * dt, 1e-9))))
+        near, horizon = self.thickness + self.slack, LOOK_AHEAD * self.lasts * dt
         furthest, far = near + self.widest_slack, max(near, self.untangle)
         np.mean(v, axis=0, out=self.drift)
         np.subtract(v, self.drift, out=self.ahead)
@@ -131,9 +134,6 @@ class PairContact:
             )  # fmt: skip
             if not self._too_narrow("ee_found", self.ee_count):
                 break
-        # All but 1 vertex in 500 is slow enough for the pairs to last so long.
-        fast = float(np.partition(self.slip, -1 - len(x) // 500)[-1 - len(x) // 500])
-        self.lasts = max(1, min(self.every, int(self.widest_slack / max(LOOK_AHEAD * fast * dt, 1e-9))))
         vf_end, ee_end = np.cumsum(self.vf_count), np.cumsum(self.ee_count)
         self.faces_first = int(vf_end[-1])
         self.total = self.faces_first + int(ee_end[-1])

@@ -67,12 +67,16 @@ class Patches:
 
 def _halves(points: np.ndarray, members: np.ndarray, most: int) -> list[np.ndarray]:
     """`members` of `points` [.., 3] in groups of at most `most`, halved along the longest side of their box."""
-    if len(members) <= most:
-        return [members] if len(members) else []
-    axis = int(np.argmax(np.ptp(points[members], axis=0)))
-    order = members[np.argsort(points[members, axis], kind="stable")]
-    half = len(order) // 2
-    return _halves(points, order[:half], most) + _halves(points, order[half:], most)
+    order, start = members, np.array([0])
+    size = np.array([len(members)])
+    while size.max(initial=0) > most:
+        at = points[order]
+        axis = np.argmax(np.maximum.reduceat(at, start) - np.minimum.reduceat(at, start), axis=1)
+        group = np.repeat(np.arange(len(start)), size)
+        order = order[np.lexsort((at[np.arange(len(at)), axis[group]], group))]
+        start = np.unique(np.concatenate([start, (start + size // 2)[size > most]]))
+        size = np.diff(np.append(start, len(order)))
+    return np.split(order, start[1:]) if len(members) else []
 
 
 def _connected(faces: np.ndarray, groups: list[np.ndarray]) -> list[np.ndarray]:

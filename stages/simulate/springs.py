@@ -14,8 +14,15 @@ from stages.spec import DataError
 def unique_edges(faces: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Edges (E, 2) int32 of `faces` (F, 3), sorted, and the edge (F, 3) opposite to each corner of each face."""
     corners = faces[:, [1, 2, 2, 0, 0, 1]].reshape(-1, 2)
-    edges, inverse = np.unique(np.sort(corners, axis=1), axis=0, return_inverse=True)
-    return edges.astype(np.int32), inverse.reshape(-1, 3).astype(np.int32)
+    edges, inverse = _unique_pairs(np.sort(corners, axis=1))
+    return edges, inverse.reshape(-1, 3).astype(np.int32)
+
+
+def _unique_pairs(pairs: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """The distinct rows (P, 2) int32 of `pairs` (K, 2), sorted, and the place (K,) of each row among them."""
+    wide = int(pairs.max(initial=0)) + 1
+    key, inverse = np.unique(pairs[:, 0].astype(np.int64) * wide + pairs[:, 1], return_inverse=True)
+    return np.column_stack([key // wide, key % wide]).astype(np.int32), inverse.ravel()
 
 
 def face_areas(vertices: np.ndarray, faces: np.ndarray) -> np.ndarray:
@@ -74,8 +81,8 @@ def bending_rows(vertices: np.ndarray, faces: np.ndarray, rigidity: np.ndarray) 
         for b in range(a + 1, 4):
             pairs.append(np.sort(h[:, [a, b]], axis=1))
             values.append(factor * c[:, a] * c[:, b])
-    rows, inverse = np.unique(np.concatenate(pairs), axis=0, return_inverse=True)
-    return rows.astype(np.int32), np.bincount(inverse.ravel(), np.concatenate(values), minlength=len(rows))
+    rows, inverse = _unique_pairs(np.concatenate(pairs))
+    return rows, np.bincount(inverse, np.concatenate(values), minlength=len(rows))
 
 
 def gather_lists(pairs: np.ndarray, count: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
