@@ -90,6 +90,8 @@ class SimulateConfig:
     """Most steps for which pairs of cloth are kept before they are looked for again."""
     untangle: float = field(default=0.01, metadata={"ge": 0.0, "le": 0.1})
     """Depth up to which garments that start through each other are put in the order of their layers [m]."""
+    deepest_start: float = field(default=0.01, metadata={"ge": 0.0, "le": 1.0})
+    """How deep cloth may start inside the body [m]; deeper is refused."""
     waist_stiffness: float = field(default=5.0e4, metadata={"ge": 0.0, "le": 1e8})
     """Pull of a waistband towards the skin it was put on, per area and distance [N/m^3]."""
     shape_speed: float = field(default=0.3, metadata={"gt": 0.0, "le": 10.0})

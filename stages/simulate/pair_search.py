@@ -85,7 +85,7 @@ def find_vertex_faces(
             if not out_of_box(p, q, box, m, reach):
                 for f in range(patch_start[m], patch_start[m + 1]):
                     away = p - vec(centre, f)
-                    bound = ti.max(furthest, far) + radius[f]
+                    bound = ti.max(2.0 * furthest, far) + radius[f]
                     if away.norm_sqr() < bound * bound:
                         i0, i1, i2 = faces[f, 0], faces[f, 1], faces[f, 2]
                         # Cloth next to itself that isn't folded can't touch.
@@ -186,3 +186,42 @@ def find_edge_edges(
                                         found[e, n] = g
                                     n += 1
         count[e] = n
+
+
+@kernel
+def find_crossings(
+    x: Array,
+    edges: Array,
+    faces: Array,
+    layer: Array,
+    of_edge: Array,
+    patch_start: Array,
+    met_count: Array,
+    met: Array,
+    # outputs
+    crossed: Array,
+) -> None:
+    """How many faces of its own garment every edge passes through, of the patches that its own can touch."""
+    for e in range(edges.shape[0]):
+        i, j = edges[e, 0], edges[e, 1]
+        p, d = vec(x, i), vec(x, j) - vec(x, i)
+        n = 0
+        for k in range(met_count[of_edge[e]]):
+            m = met[of_edge[e], k]
+            for f in range(patch_start[m], patch_start[m + 1]):
+                a, b, c = faces[f, 0], faces[f, 1], faces[f, 2]
+                own = False
+                for corner in ti.static(range(3)):
+                    own = own or faces[f, corner] == i or faces[f, corner] == j
+                if not own and layer[a] == layer[i]:
+                    u, v, s = vec(x, b) - vec(x, a), vec(x, c) - vec(x, a), p - vec(x, a)
+                    normal = u.cross(v)
+                    steep = normal.dot(d)
+                    if ti.abs(steep) > 1e-16:
+                        t = -normal.dot(s) / steep
+                        q = s + t * d
+                        wide = normal.norm_sqr()
+                        g, h = q.cross(v).dot(normal) / wide, u.cross(q).dot(normal) / wide
+                        if t > 0 and t < 1 and g > 0 and h > 0 and g + h < 1:
+                            n += 1
+        crossed[e] = n

@@ -9,7 +9,14 @@ import numpy as np
 from stages.simulate.body_motion import incident_corners
 from stages.simulate.pair_kernels import compact_pairs, gather_pairs, move_parted, part_pairs, press_pairs, write_pairs
 from stages.simulate.pair_normals import cloth_normals
-from stages.simulate.pair_search import edge_spheres, face_spheres, find_edge_edges, find_vertex_faces, mark_close
+from stages.simulate.pair_search import (
+    edge_spheres,
+    face_spheres,
+    find_crossings,
+    find_edge_edges,
+    find_vertex_faces,
+    mark_close,
+)
 from stages.simulate.patch_kernels import GROUP, bound_normals, bound_patches, meet_patches
 from stages.simulate.patches import Patches
 
@@ -99,9 +106,7 @@ class PairContact:
         face_spheres(x, self.faces, self.face_centre, self.face_radius, self.face_normal)
         cloth_normals(self.corner_start, self.corner, self.face_normal, self.vertex_normal)
         edge_spheres(x, self.edges, self.edge_centre, self.edge_radius)
-        # All but 1 vertex in 500 closed in so slowly, when last looked at, that the pairs last so long.
-        fast = float(np.partition(self.slip, -1 - len(x) // 500)[-1 - len(x) // 500])
-        self.lasts = max(1, min(self.every, int(self.widest_slack / max(LOOK_AHEAD * fast * dt, 1e-9))))
+        self.lasts = self._lasting(dt)
         near, horizon = self.thickness + self.slack, LOOK_AHEAD * self.lasts * dt
         furthest, far = near + self.widest_slack, max(near, self.untangle)
         np.mean(v, axis=0, out=self.drift)
@@ -134,6 +139,7 @@ class PairContact:
             )  # fmt: skip
             if not self._too_narrow("ee_found", self.ee_count):
                 break
+        self.lasts = min(self.lasts, self._lasting(dt))
         vf_end, ee_end = np.cumsum(self.vf_count), np.cumsum(self.ee_count)
         self.faces_first = int(vf_end[-1])
         self.total = self.faces_first + int(ee_end[-1])
@@ -145,6 +151,19 @@ class PairContact:
             (self.faces_first + ee_end - self.ee_count).astype(np.int32), self.ee_count, self.ee_found,
             self.found_vertices, self.side, self.gap,
         )  # fmt: skip
+
+    def _lasting(self, dt: float) -> int:
+        """Steps for which pairs are kept: all but 1 vertex in 500 closed in slowly enough when last looked at."""
+        fast = float(np.partition(self.slip, -1 - len(self.slip) // 500)[-1 - len(self.slip) // 500])
+        return max(1, min(self.every, int(self.widest_slack / max(LOOK_AHEAD * fast * dt, 1e-9))))
+
+    def crossings(self, x: np.ndarray) -> np.ndarray:
+        """How many faces of its own garment each of `edges` passes through at x, where the search at x found folds."""
+        p, crossed = self.patches, np.zeros(len(self.edges), np.int32)
+        find_crossings(
+            x, self.edges, self.faces, self.layer, p.of_edge, p.start, self.met_count, self.met, crossed
+        )  # fmt: skip
+        return crossed
 
     def _too_narrow(self, name: str, count: np.ndarray) -> bool:
         """Whether more were found than the list has room for; if so, the list is made wider."""

@@ -42,6 +42,7 @@ def take(stepper: Stepper) -> Snapshot:
     if stepper.pairs is not None:
         pairs = {name: getattr(stepper.pairs, name) for name in PAIRS}
         pairs |= {name: getattr(stepper.pairs, name)[: stepper.pairs.total].copy() for name in PAIR_LISTS}
+        pairs["slip"] = stepper.pairs.slip.copy()
     return Snapshot(
         time=stepper.time,
         last_dt=stepper.last_dt,
@@ -66,6 +67,7 @@ def restore(stepper: Stepper, snapshot: Snapshot) -> None:
             np.copyto(getattr(stepper.levels, name), snapshot.levels[name])
     else:
         stepper.levels_age = stepper.LEVELS_LAST
+    stepper.contact.met_until = -1.0
     pairs = stepper.pairs
     if pairs is None:
         return
@@ -76,5 +78,6 @@ def restore(stepper: Stepper, snapshot: Snapshot) -> None:
         pairs.room(int(snapshot.pairs["total"] * 1.3))
     for name in PAIRS:
         setattr(pairs, name, snapshot.pairs[name])
+    np.copyto(pairs.slip, snapshot.pairs["slip"])
     for name in PAIR_LISTS:
         getattr(pairs, name)[: pairs.total] = snapshot.pairs[name]

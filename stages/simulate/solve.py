@@ -6,6 +6,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from time import perf_counter
 
+import igl
 import numpy as np
 from scipy.spatial import cKDTree
 
@@ -18,6 +19,7 @@ from stages.simulate.runtime import start_taichi
 from stages.simulate.scene import Scene
 from stages.simulate.springs import Springs
 from stages.simulate.stepper import Report, Stepper
+from stages.spec import DataError
 
 
 @dataclass(frozen=True)
@@ -64,12 +66,59 @@ def make_springs(scene: Scene) -> Springs:
     )
 
 
+def refuse_inside(scene: Scene, body: BodyMotion, deepest: float) -> None:
+    """Refuse cloth that starts deep inside the body: what pushed it out would fling it.
+
+    Raises:
+        DataError: Naming the deepest vertex, its depth and the limit `deepest` [m].
+    """
+    if not len(body.faces):
+        return
+    faces, start = body.faces.astype(np.int64), np.ascontiguousarray(scene.start, np.float64)
+    inside = np.flatnonzero(igl.fast_winding_number(body.x, faces, start) > 0.5)
+    if not len(inside):
+        return
+    depth = np.sqrt(igl.point_mesh_squared_distance(start[inside], body.x, faces)[0])
+    if depth.max() > deepest:
+        offset = np.cumsum([0, *(len(g.vertices) for g in scene.garments)])
+        vertex = inside[int(np.argmax(depth))]
+        number = int(np.searchsorted(offset, vertex, side="right")) - 1
+        raise DataError(
+            f"{scene.garments[number].name}: vertex {vertex - offset[number]} starts {1e3 * depth.max():.0f} mm inside "
+            f"the body, at most {1e3 * deepest:.0f} mm can be put right; start with the cloth outside"
+        )
+
+
+TANGLED = 0.005
+"""Share of a scene's edges that may pass through their own garment at the start."""
+
+
+def refuse_tangled(pairs: PairContact, start: np.ndarray) -> None:
+    """Refuse cloth that starts tangled with itself: which side of it belongs where can't be told.
+
+    Garments that start through each other have an order; see `SimulateConfig.untangle`.
+
+    Raises:
+        DataError: Naming the number of edges and one of them.
+    """
+    pairs.search(start, np.zeros_like(start), 1e-3)
+    pairs.age = pairs.every
+    crossed = pairs.crossings(start)
+    if (crossed > 0).mean() > TANGLED:
+        a, b = pairs.edges[int(np.argmax(crossed))]
+        raise DataError(
+            f"scene: {(crossed > 0).sum()} of {len(crossed)} edges pass through their own garment at the start, "
+            f"edge {a}-{b} for one, at most {TANGLED:.1%} can be put up with; untangle the garment"
+        )
+
+
 def make_stepper(scene: Scene, config: SimulateConfig) -> Stepper:
     """A stepper at the start of `scene`."""
     scene.check()
     start_taichi(config.threads or None)
     springs = make_springs(scene)
     body = BodyMotion(scene.body_faces, scene.body, scene.body_frames, scene.fps)
+    refuse_inside(scene, body, config.deepest_start)
     vertices, faces, _, layer = joined(scene)
     patches = Patches(vertices, faces, springs.edges, layer)
     contact = BodyContact(
@@ -111,6 +160,7 @@ def make_stepper(scene: Scene, config: SimulateConfig) -> Stepper:
             every=config.pair_every,
             dtype=np.float32 if config.precision == "f32" else np.float64,
         )
+        refuse_tangled(pairs, np.array(scene.start, np.float64))
     stepper = Stepper(
         springs,
         contact,

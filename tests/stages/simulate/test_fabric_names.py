@@ -58,7 +58,7 @@ def test_scene_program_takes_a_fabric(tmp_path: Path, capsys: pytest.CaptureFixt
         out = tmp_path / f"{name}.npz"
         assert main([str(tmp_path / "s.npz"), "--out", str(out), "--fabric", name]) == 0
         low[name] = float(np.load(out)["x"][-1, :, 2].min())
-    assert low["silk"] < low["leather"] - 1e-3, "silk must hang lower than leather"
+    assert low["silk"] < low["leather"] - 1e-4, "silk must hang lower than leather"
     capsys.readouterr()
     assert main([str(tmp_path / "s.npz"), "--out", str(tmp_path / "o.npz"), "--fabric", "denin"]) == 65
     (line,) = capsys.readouterr().err.splitlines()

@@ -55,7 +55,7 @@ def test_nan_in_the_body_is_refused_at_its_frame() -> None:
         garment(vertices, faces), body=ball(0.05, 1), frames=4, motion=lambda k: np.full(3, np.nan if k > 2 else 0.0)
     )
     with pytest.raises(DataError, match=r"body: frame 3, vertex 0 is not finite"):
-        solve(one, SimulateConfig(threads=1))
+        solve(one, SimulateConfig(threads=1, deepest_start=1.0))
 
 
 def test_what_cannot_be_solved_ends_with_frame_vertex_and_cause() -> None:
@@ -90,7 +90,7 @@ def test_broken_meshes_are_refused() -> None:
 def test_candidates_miss_no_triangle() -> None:
     vertices, faces = sheet(8, 8, 0.02)
     body, body_faces = ball(0.1, 3)
-    s = stepper(scene(garment(vertices, faces), body=(body, body_faces)))
+    s = stepper(scene(garment(vertices, faces), body=(body, body_faces)), deepest_start=1.0)
     x = np.random.default_rng(0).normal(size=(64, 3))
     x *= (0.1 + np.linspace(-0.005, 0.005, 64)[:, None]) / np.linalg.norm(x, axis=1, keepdims=True)
     s.contact.body.move_to(0.0, 1 / 240)
@@ -153,3 +153,25 @@ def test_scene_file_that_lacks_arrays(tmp_path: Path) -> None:
     (tmp_path / "t.npz").write_bytes(b"not a zip")
     with pytest.raises(DataError, match="not a readable"):
         read_scene(tmp_path / "t.npz")
+
+
+def test_a_start_deep_inside_the_body_is_refused() -> None:
+    vertices, faces = sheet(5, 5, 0.02)
+    cloth = garment(vertices, faces, name="shirt")
+    middle = vertices - vertices.mean(0)
+    stepper(scene(cloth, start=middle + np.array([0, 0, 0.105]), body=ball(0.1, 3)))
+    with pytest.raises(DataError, match=r"shirt: vertex \d+ starts \d+ mm inside the body, at most 10 mm"):
+        stepper(scene(cloth, start=middle + np.array([0, 0, 0.05]), body=ball(0.1, 3)))
+
+
+def test_cloth_that_starts_tangled_with_itself_is_refused() -> None:
+    # A sheet folded over, its upper half pressed 5 mm through the lower one and tilted.
+    vertices, faces = sheet(21, 11, 0.01)
+    folded = vertices.copy()
+    over = vertices[:, 0] > 0.1
+    folded[over, 0] = 0.2 - vertices[over, 0]
+    folded[:, 2] = np.where(over, 0.004 + 0.1 * (vertices[:, 1] - 0.06), 0.0)
+    with pytest.raises(DataError, match="edges pass through their own garment at the start"):
+        stepper(scene(garment(vertices, faces), start=folded))
+    folded[:, 2] = np.where(over, 0.004, 0.0)
+    stepper(scene(garment(vertices, faces), start=folded))
