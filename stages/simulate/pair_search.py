@@ -85,7 +85,7 @@ def find_vertex_faces(
             if not out_of_box(p, q, box, m, reach):
                 for f in range(patch_start[m], patch_start[m + 1]):
                     away = p - vec(centre, f)
-                    bound = ti.max(2.0 * furthest, far) + radius[f]
+                    bound = ti.max(1.25 * furthest, far) + radius[f]
                     if away.norm_sqr() < bound * bound:
                         i0, i1, i2 = faces[f, 0], faces[f, 1], faces[f, 2]
                         # Cloth next to itself that isn't folded can't touch.

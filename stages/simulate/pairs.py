@@ -73,9 +73,10 @@ class PairContact:
         self.box, self.cone, self.drift = np.zeros((count, 6)), np.zeros((count, 4)), np.zeros(3)
         self.group_box = np.zeros(((count + GROUP - 1) // GROUP, 6))
         self.met_count, self.met = np.zeros(count, np.int32), np.zeros((count, 32), np.int32)
-        self.slip, self.ahead = np.zeros(n), np.zeros((n, 3))
+        self.fast, self.slip, self.ahead = 0.0, np.zeros(n), np.zeros((n, 3))
         self.vf_count, self.vf_found = np.zeros(n, np.int32), np.zeros((n, 16), np.int32)
         self.ee_count, self.ee_found = np.zeros(len(edges), np.int32), np.zeros((len(edges), 16), np.int32)
+        self.vf_start, self.ee_start = np.zeros(n, np.int32), np.zeros(len(edges), np.int32)
         self.close = np.zeros(n, np.int32)
         self.dtype = dtype
         self.total = self.faces_first = self.count = 0
@@ -106,7 +107,7 @@ class PairContact:
         face_spheres(x, self.faces, self.face_centre, self.face_radius, self.face_normal)
         cloth_normals(self.corner_start, self.corner, self.face_normal, self.vertex_normal)
         edge_spheres(x, self.edges, self.edge_centre, self.edge_radius)
-        self.lasts = self._lasting(dt)
+        self.lasts = self._lasting(dt)  # by the speeds last looked at, and again by the present ones below
         near, horizon = self.thickness + self.slack, LOOK_AHEAD * self.lasts * dt
         furthest, far = near + self.widest_slack, max(near, self.untangle)
         np.mean(v, axis=0, out=self.drift)
@@ -139,23 +140,24 @@ class PairContact:
             )  # fmt: skip
             if not self._too_narrow("ee_found", self.ee_count):
                 break
+        self.fast = float(np.partition(self.slip, -1 - len(x) // 500)[-1 - len(x) // 500])
         self.lasts = min(self.lasts, self._lasting(dt))
         vf_end, ee_end = np.cumsum(self.vf_count), np.cumsum(self.ee_count)
         self.faces_first = int(vf_end[-1])
         self.total = self.faces_first + int(ee_end[-1])
         if self.total > len(self.gap):
             self.room(int(self.total * 1.3))
+        np.subtract(vf_end, self.vf_count, out=self.vf_start, casting="unsafe")
+        np.subtract(self.faces_first + ee_end, self.ee_count, out=self.ee_start, casting="unsafe")
         write_pairs(
             x, self.rest, self.vertex_normal, self.faces, self.edges, self.layer, self.thickness,
-            (vf_end - self.vf_count).astype(np.int32), self.vf_count, self.vf_found,
-            (self.faces_first + ee_end - self.ee_count).astype(np.int32), self.ee_count, self.ee_found,
+            self.vf_start, self.vf_count, self.vf_found, self.ee_start, self.ee_count, self.ee_found,
             self.found_vertices, self.side, self.gap,
         )  # fmt: skip
 
     def _lasting(self, dt: float) -> int:
         """Steps for which pairs are kept: all but 1 vertex in 500 closed in slowly enough when last looked at."""
-        fast = float(np.partition(self.slip, -1 - len(self.slip) // 500)[-1 - len(self.slip) // 500])
-        return max(1, min(self.every, int(self.widest_slack / max(LOOK_AHEAD * fast * dt, 1e-9))))
+        return max(1, min(self.every, int(self.widest_slack / max(LOOK_AHEAD * self.fast * dt, 1e-9))))
 
     def crossings(self, x: np.ndarray) -> np.ndarray:
         """How many faces of its own garment each of `edges` passes through at x, where the search at x found folds."""

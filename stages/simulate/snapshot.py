@@ -12,7 +12,7 @@ from stages.simulate.stepper import Stepper
 CLOTH = ("x", "v", "x_old", "v_old")
 CONTACT = ("shear", "reaction", "pinched")
 LEVELS = ("inverse", "coarsest")
-PAIRS = ("age", "lasts", "total", "faces_first")
+PAIRS = ("age", "lasts", "fast", "total", "faces_first")
 PAIR_LISTS = ("found_vertices", "side", "gap")
 
 
@@ -42,7 +42,6 @@ def take(stepper: Stepper) -> Snapshot:
     if stepper.pairs is not None:
         pairs = {name: getattr(stepper.pairs, name) for name in PAIRS}
         pairs |= {name: getattr(stepper.pairs, name)[: stepper.pairs.total].copy() for name in PAIR_LISTS}
-        pairs["slip"] = stepper.pairs.slip.copy()
     return Snapshot(
         time=stepper.time,
         last_dt=stepper.last_dt,
@@ -78,6 +77,5 @@ def restore(stepper: Stepper, snapshot: Snapshot) -> None:
         pairs.room(int(snapshot.pairs["total"] * 1.3))
     for name in PAIRS:
         setattr(pairs, name, snapshot.pairs[name])
-    np.copyto(pairs.slip, snapshot.pairs["slip"])
     for name in PAIR_LISTS:
         getattr(pairs, name)[: pairs.total] = snapshot.pairs[name]
