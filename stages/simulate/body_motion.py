@@ -54,7 +54,8 @@ class BodyMotion:
             if not np.isfinite(x).all():
                 bad = int(np.argmax(~np.isfinite(x).all(1)))
                 raise DataError(f"body: frame {k}, vertex {bad} is not finite; repair or drop the sequence")
-            old = self._cache.pop(min(self._cache), None) if len(self._cache) > 6 else None
+            furthest = max(self._cache, key=lambda j: abs(j - k), default=k)
+            old = self._cache.pop(furthest) if len(self._cache) > 6 else None
             # Arrays are used again: kernels are launched faster on those that they know.
             self._cache[k] = x.copy() if old is None else old
             np.copyto(self._cache[k], x)

@@ -76,7 +76,7 @@ class SimulateConfig:
     """Damping of approach, over contact stiffness [s]."""
     grip: float = field(default=0.5, metadata={"gt": 0.0, "le": 10.0})
     """Tangential over normal stiffness of the skin, while friction holds."""
-    travel: float = field(default=0.008, metadata={"gt": 0.0, "le": 0.05})
+    travel: float = field(default=0.01, metadata={"gt": 0.0, "le": 0.05})
     """Furthest that skin may move past cloth in one step [m]; faster motion gets shorter steps."""
     self_collision: bool = True
     """Whether cloth collides with cloth."""

@@ -5,7 +5,7 @@ from dataclasses import replace
 from typing import Any
 
 import pytest
-from hypothesis import given
+from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from pipeline.reason import first_difference
@@ -33,6 +33,8 @@ def _document(task: dict[str, Any], spec: StageSpec = SPEC) -> dict[str, Any]:
     return key_document(spec, **copy.deepcopy(task))
 
 
+# A busy machine may be slow to draw.
+@settings(suppress_health_check=[HealthCheck.too_slow])
 @given(TASKS, TASKS)
 def test_a_key_changes_if_and_only_if_the_task_does(one: dict[str, Any], other: dict[str, Any]) -> None:
     same = _canonical(one) == _canonical(other)
