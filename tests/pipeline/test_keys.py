@@ -44,7 +44,7 @@ def test_a_key_changes_if_and_only_if_the_task_does(one: dict[str, Any], other: 
 
 def _canonical(task: dict[str, Any]) -> str:
     """Text that tells 1 from 1.0 and 0.0 from -0.0, as JSON does."""
-    return repr({name: _sorted(value) for name, value in task.items()})
+    return repr({name: _sorted(value) for name, value in sorted(task.items())})
 
 
 def _sorted(value: Any) -> Any:
