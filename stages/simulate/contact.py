@@ -7,19 +7,18 @@ import numpy as np
 
 from stages.simulate.body_motion import BodyMotion
 from stages.simulate.contact_kernels import (
-    count_windings,
     find_candidates,
     foresee,
     hold_attached,
-    lay_on_skin,
     lift_out,
     press,
     take_over,
     touch,
 )
+from stages.simulate.fold_kernels import count_windings, lay_on_skin
 from stages.simulate.kernels import BLOCKS
 from stages.simulate.patch_kernels import GROUP, bound_patches, meet_others
-from stages.simulate.patches import Patches
+from stages.simulate.patches import Patches, widened
 
 
 class BodyContact:
@@ -98,7 +97,8 @@ class BodyContact:
                 guess, v, b.x, b.x_old, b.faces, b.centre, b.radius, self.margin + self.SPARE, furthest, dt,
                 self.patches.of_vertex, p.start, self.body_step_box, self.met_count, self.met, self.count, self.found,
             )  # fmt: skip
-            if not self._too_narrow("found", self.count):
+            found, self.found = self.found, widened(self.found, self.count)
+            if found is self.found:
                 return
 
     def _meet(self, x: np.ndarray, v: np.ndarray, time: float, horizon: float) -> None:
@@ -115,17 +115,10 @@ class BodyContact:
         reach = self.margin + self.SPARE + self.SURPRISE
         while True:
             meet_others(self.box, self.body_box, self.body_group_box, reach, self.met_count, self.met)
-            if not self._too_narrow("met", self.met_count):
+            met, self.met = self.met, widened(self.met, self.met_count)
+            if met is self.met:
                 break
         self.met_until = time + horizon
-
-    def _too_narrow(self, name: str, count: np.ndarray) -> bool:
-        """Whether more were found than the list has room for; if so, the list is made wider."""
-        found, most = getattr(self, name), int(count.max())
-        if most <= found.shape[1]:
-            return False
-        setattr(self, name, np.zeros((len(found), int(most * 1.3)), np.int32))
-        return True
 
     def locate(self, x: np.ndarray) -> None:
         """Closest points of the active vertices of `x` among the candidates; far away ones may keep an older one."""

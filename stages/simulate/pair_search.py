@@ -8,25 +8,6 @@ from stages.simulate.patch_kernels import out_of_box
 
 
 @kernel
-def face_spheres(
-    x: Array,
-    faces: Array,
-    # outputs
-    centre: Array,
-    radius: Array,
-    normal: Array,
-) -> None:
-    """Centroid, bounding radius about it and unit normal of every face."""
-    for f in range(faces.shape[0]):
-        a, b, c = vec(x, faces[f, 0]), vec(x, faces[f, 1]), vec(x, faces[f, 2])
-        m = (a + b + c) / 3.0
-        put(centre, f, m)
-        radius[f] = ti.sqrt(ti.max((a - m).norm_sqr(), (b - m).norm_sqr(), (c - m).norm_sqr()))
-        n = (b - a).cross(c - a)
-        put(normal, f, n / ti.max(n.norm(), 1e-20))
-
-
-@kernel
 def edge_spheres(
     x: Array,
     edges: Array,

@@ -6,19 +6,19 @@ from typing import Any
 
 import numpy as np
 
+from stages.simulate.body_kernels import face_frames
 from stages.simulate.body_motion import incident_corners
 from stages.simulate.pair_kernels import compact_pairs, gather_pairs, move_parted, part_pairs, press_pairs, write_pairs
 from stages.simulate.pair_normals import cloth_normals
 from stages.simulate.pair_search import (
     edge_spheres,
-    face_spheres,
     find_crossings,
     find_edge_edges,
     find_vertex_faces,
     mark_close,
 )
 from stages.simulate.patch_kernels import GROUP, bound_normals, bound_patches, meet_patches
-from stages.simulate.patches import Patches
+from stages.simulate.patches import Patches, widened
 
 LOOK_AHEAD = 1.25
 """How much further than its velocity says cloth is expected to go while pairs are kept."""
@@ -104,7 +104,7 @@ class PairContact:
             return
         self.age = 0
         p = self.patches
-        face_spheres(x, self.faces, self.face_centre, self.face_radius, self.face_normal)
+        face_frames(x, self.faces, self.face_normal, self.face_centre, self.face_radius)
         cloth_normals(self.corner_start, self.corner, self.face_normal, self.vertex_normal)
         edge_spheres(x, self.edges, self.edge_centre, self.edge_radius)
         self.lasts = self._lasting(dt)  # by the speeds last looked at, and again by the present ones below
@@ -121,7 +121,8 @@ class PairContact:
                 self.box, self.cone, p.layer, p.near_start, p.near, near, far, WIDEST_CONE,
                 self.group_box, self.met_count, self.met,
             )  # fmt: skip
-            if not self._too_narrow("met", self.met_count):
+            met, self.met = self.met, widened(self.met, self.met_count)
+            if met is self.met:
                 break
         while True:
             find_vertex_faces(
@@ -129,7 +130,8 @@ class PairContact:
                 self.rest, self.vertex_normal, near, horizon, furthest, far, self.beside,
                 p.of_vertex, p.start, self.box, self.met_count, self.met, self.vf_count, self.vf_found, self.slip,
             )  # fmt: skip
-            if not self._too_narrow("vf_found", self.vf_count):
+            vf_found, self.vf_found = self.vf_found, widened(self.vf_found, self.vf_count)
+            if vf_found is self.vf_found:
                 break
         mark_close(self.faces, self.vf_count, self.vf_found, self.close)
         while True:
@@ -138,7 +140,8 @@ class PairContact:
                 self.edge_centre, self.edge_radius, near, horizon, furthest,
                 p.of_edge, p.edge_start, self.box, self.met_count, self.met, self.ee_count, self.ee_found,
             )  # fmt: skip
-            if not self._too_narrow("ee_found", self.ee_count):
+            ee_found, self.ee_found = self.ee_found, widened(self.ee_found, self.ee_count)
+            if ee_found is self.ee_found:
                 break
         self.fast = float(np.partition(self.slip, -1 - len(x) // 500)[-1 - len(x) // 500])
         self.lasts = min(self.lasts, self._lasting(dt))
@@ -166,14 +169,6 @@ class PairContact:
             x, self.edges, self.faces, self.layer, p.of_edge, p.start, self.met_count, self.met, crossed
         )  # fmt: skip
         return crossed
-
-    def _too_narrow(self, name: str, count: np.ndarray) -> bool:
-        """Whether more were found than the list has room for; if so, the list is made wider."""
-        found, most = getattr(self, name), int(count.max())
-        if most <= found.shape[1]:
-            return False
-        setattr(self, name, np.zeros((len(found), int(most * 1.3)), np.int32))
-        return True
 
     def _compact(self) -> None:
         compact_pairs(

@@ -65,6 +65,12 @@ class Patches:
         self.near_start = np.searchsorted(pairs // len(self.layer), np.arange(len(self.layer) + 1)).astype(np.int32)
 
 
+def widened(found: np.ndarray, count: np.ndarray) -> np.ndarray:
+    """`found` [n, width] itself if each row has room for its `count` [n] entries, else a wider array to search anew."""
+    most = int(count.max(initial=0))
+    return found if most <= found.shape[1] else np.zeros((len(found), int(most * 1.3)), found.dtype)
+
+
 def _halves(points: np.ndarray, members: np.ndarray, most: int) -> list[np.ndarray]:
     """`members` of `points` [.., 3] in groups of at most `most`, halved along the longest side of their box."""
     order, start = members, np.array([0])

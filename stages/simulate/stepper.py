@@ -27,6 +27,7 @@ class Report:
     contacts: int = 0
     pairs: int = 0
     halvings: int = 0
+    unsolved: int = 0
     newton: int = 0
     linear: int = 0
     lifted: int = 0
@@ -194,6 +195,7 @@ class Stepper:
         if moved > self.LONGEST_MOVE:
             vertex = int(np.argmax(np.abs(self.pcg.dx).max(1)))
             raise Rejected(vertex, f"the last Newton iteration still moved it {moved * 1e3:.0f} mm")
+        self.report.unsolved += moved > self.UNSOLVED
         self._finish(x, other, dt, h)
 
     def _rebuild_levels(self, h: float) -> None:

@@ -8,10 +8,10 @@ from stages.simulate.stepper import Report
 
 
 def test_contacts_and_pairs_are_means_over_the_iterations() -> None:
-    report = Report(steps=3, newton=8, linear=40)
-    report.__dict__.update(contacts=20, pairs=4)
+    report = Report(steps=3, newton=8, linear=40, contacts=20, pairs=4)
     assert counts(report) == {
-        "steps": 3, "halvings": 0, "newton_iterations": 8, "linear_iterations": 40, "contacts": 2.5, "pairs": 0.5,
+        "steps": 3, "halvings": 0, "unsolved": 0,
+        "newton_iterations": 8, "linear_iterations": 40, "contacts": 2.5, "pairs": 0.5,
     }  # fmt: skip
     assert counts(Report())["contacts"] == 0
 
