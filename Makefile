@@ -10,7 +10,7 @@ STAGES := body outfit simulate register encode train report
 RUN := $(BIN)/python -m pipeline run "$(RECIPE)" $(if $(MOTION),--motion "$(MOTION)") $(if $(FRAMES),--frames $(FRAMES)) $(if $(JOBS),--jobs $(JOBS))
 
 .DEFAULT_GOAL := help
-.PHONY: help env demo test status peers curve extremes $(STAGES)
+.PHONY: help env demo test status peers curve extremes sequences $(STAGES)
 
 help:
 	@echo "make demo                   set up, then make the demo: people, clothes, motion, models, report"
@@ -21,6 +21,7 @@ help:
 	@echo "make extremes               the solver at the extremes: docs/solver/extremes.md"
 	@echo "make curve PEERS=FOLDER     its error against time, Blender's beside it: docs/solver/curve.md; ARGS=--quick"
 	@echo "make peers PEERS=FOLDER     it and Blender in turn on common scenes: docs/solver/peers.md; RUNS=3, ARGS='--scenes A'"
+	@echo "make sequences MOTION=DIR   20 people in the folder's clips, made and judged: docs/solver/sequences.md; ARGS='--count 2'"
 	@echo "make env                    set up only; PYTHON=/path/to/python3.11 if it isn't on the path, JOBS=N tasks at a time"
 
 env: .venv/.installed
@@ -53,6 +54,10 @@ test: env
 # What measures the solver. Blender lives in an environment of its own, as its packages are pinned to its Python.
 extremes: env
 	@$(BIN)/python -m tools.solver.extremes $(ARGS)
+
+sequences: env
+	@test -n "$(MOTION)" || { echo "name a folder of BVH files: make sequences MOTION=FOLDER" >&2; exit 1; }
+	@$(BIN)/python -m tools.solver.sequences --motion "$(MOTION)" $(ARGS)
 
 curve: env
 	@$(BIN)/python -m tools.solver.curve --peers "$(PEERS)" $(ARGS)
