@@ -17,7 +17,7 @@ from stages.simulate.contact_kernels import (
 )
 from stages.simulate.fold_kernels import count_windings, lay_on_skin
 from stages.simulate.kernels import BLOCKS
-from stages.simulate.patch_kernels import GROUP, bound_patches, meet_others
+from stages.simulate.patch_kernels import GROUP, bound_patches, keep_meeting, meet_others
 from stages.simulate.patches import Patches, widened
 
 
@@ -61,6 +61,7 @@ class BodyContact:
         own = len(patches.layer)
         self.box, self.group_box = np.zeros((own, 6)), np.zeros(((own + GROUP - 1) // GROUP, 6))
         self.met_count, self.met, self.met_until = np.zeros(own, np.int32), np.zeros((own, 32), np.int32), -1.0
+        self.near_count, self.near = np.zeros(own, np.int32), np.zeros((own, 32), np.int32)
         self.ahead, self.body_ahead = np.zeros((n, 3)), np.zeros_like(body.x)
         if len(body.faces):
             other = len(body.patches.layer)
@@ -92,10 +93,15 @@ class BodyContact:
             self._meet(x, v, b.time - dt, self.MEET_STEPS * dt)
         p = b.patches
         bound_patches(b.x_old, b.x, b.faces, p.start, self.body_step_box, self.body_group_box)
+        own = self.patches
+        keep_meeting(
+            guess, own.faces, own.start, self.body_step_box, furthest,
+            self.met_count, self.met, self.near_count, self.near,
+        )  # fmt: skip
         while True:
             find_candidates(
                 guess, v, b.x, b.x_old, b.faces, b.centre, b.radius, self.margin + self.SPARE, furthest, dt,
-                self.patches.of_vertex, p.start, self.body_step_box, self.met_count, self.met, self.count, self.found,
+                self.patches.of_vertex, p.start, self.body_step_box, self.near_count, self.near, self.count, self.found,
             )  # fmt: skip
             found, self.found = self.found, widened(self.found, self.count)
             if found is self.found:
@@ -118,6 +124,7 @@ class BodyContact:
             met, self.met = self.met, widened(self.met, self.met_count)
             if met is self.met:
                 break
+            self.near = np.zeros_like(self.met)
         self.met_until = time + horizon
 
     def locate(self, x: np.ndarray) -> None:
@@ -247,7 +254,8 @@ class BodyContact:
             return 0
         # The winding number counts how many times the skin encloses a point, overlapping or not.
         winding = np.zeros(len(near), np.int32)
-        count_windings(np.ascontiguousarray(x[near]), self.body.x, self.body.faces, winding)
+        b = self.body
+        count_windings(np.ascontiguousarray(x[near]), b.x, b.faces, b.patches.start, self.body_step_box, winding)
         hidden = near[winding > 0]
         self.pinched[hidden] = 1
         edges = self.patches.edges

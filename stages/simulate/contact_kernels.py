@@ -104,9 +104,15 @@ def touch(
             best, best_f = 1e30, -1
             best_u = ti.Vector([0.0, 0.0, 0.0, 0.0])
             near = 1e15
-            for k in range(count[i]):
-                f = found[i, k]
-                if (p - vec(centre, f)).norm() - radius[f] < near:
+            # The face that was nearest is likely to be so still: most others are then known to be further away.
+            last = -1
+            if count[i] > 0:
+                last = face[i]
+            for k in range(-1, count[i]):
+                f = last
+                if k >= 0:
+                    f = found[i, k]
+                if f >= 0 and (k < 0 or f != last) and (p - vec(centre, f)).norm() - radius[f] < near:
                     u = closest_on_triangle(p, vec(body, faces[f, 0]), vec(body, faces[f, 1]), vec(body, faces[f, 2]))
                     d2 = (p - surface_point(body, faces, f, u)).norm_sqr()
                     if d2 < best:

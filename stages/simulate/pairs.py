@@ -81,6 +81,7 @@ class PairContact:
         self.dtype = dtype
         self.total = self.faces_first = self.count = 0
         self.age = self.lasts = every
+        self.meets_for = 0.0  # [s], how much longer the patches that can touch are known
         # What nears fast is looked for this much further away; further still would be most of the cloth.
         length = np.linalg.norm(rest[edges[:, 0]] - rest[edges[:, 1]], axis=1)
         self.widest_slack, self.beside = float(np.median(length)), 1.2 * float(length.max())
@@ -100,6 +101,7 @@ class PairContact:
     def search(self, x: np.ndarray, v: np.ndarray, dt: float) -> None:
         """Find the pairs at `x`, if those known are older than `every` steps; `v` tells how far ahead to look."""
         self.age += 1
+        self.meets_for -= dt
         if self.age < self.lasts:
             return
         self.age = 0
@@ -111,19 +113,9 @@ class PairContact:
         near, horizon = self.thickness + self.slack, LOOK_AHEAD * self.lasts * dt
         furthest, far = near + self.widest_slack, max(near, self.untangle)
         np.mean(v, axis=0, out=self.drift)
-        np.subtract(v, self.drift, out=self.ahead)
-        self.ahead *= horizon
-        self.ahead += x
-        bound_patches(x, self.ahead, self.faces, p.start, self.box, self.group_box)
-        bound_normals(self.face_normal, p.start, self.cone)
-        while True:
-            meet_patches(
-                self.box, self.cone, p.layer, p.near_start, p.near, near, far, WIDEST_CONE,
-                self.group_box, self.met_count, self.met,
-            )  # fmt: skip
-            met, self.met = self.met, widened(self.met, self.met_count)
-            if met is self.met:
-                break
+        if self.meets_for < self.lasts * dt:
+            self._meet(x, v, near, far, self.every * dt)
+        self._bound(x, v, horizon)
         while True:
             find_vertex_faces(
                 x, v, self.drift, self.faces, self.layer, self.face_centre, self.face_radius, self.face_normal,
@@ -157,6 +149,28 @@ class PairContact:
             self.vf_start, self.vf_count, self.vf_found, self.ee_start, self.ee_count, self.ee_found,
             self.found_vertices, self.side, self.gap,
         )  # fmt: skip
+
+    def _bound(self, x: np.ndarray, v: np.ndarray, horizon: float) -> None:
+        """Boxes of the patches and of what they sweep within `horizon` [s], seen from the cloth as a whole."""
+        np.subtract(v, self.drift, out=self.ahead)
+        self.ahead *= horizon
+        self.ahead += x
+        bound_patches(x, self.ahead, self.faces, self.patches.start, self.box, self.group_box)
+
+    def _meet(self, x: np.ndarray, v: np.ndarray, near: float, far: float, time: float) -> None:
+        """Which patches each patch can touch within `time` [s]: nearer than `near`, or `far` between garments [m]."""
+        p = self.patches
+        self._bound(x, v, LOOK_AHEAD * time)
+        bound_normals(self.face_normal, p.start, self.cone)
+        while True:
+            meet_patches(
+                self.box, self.cone, p.layer, p.near_start, p.near, near, far, WIDEST_CONE,
+                self.group_box, self.met_count, self.met,
+            )  # fmt: skip
+            met, self.met = self.met, widened(self.met, self.met_count)
+            if met is self.met:
+                break
+        self.meets_for = time
 
     def _lasting(self, dt: float) -> int:
         """Steps for which pairs are kept: all but 1 vertex in 500 closed in slowly enough when last looked at."""

@@ -137,6 +137,39 @@ def meet_others(
         count[k] = n
 
 
+@kernel
+def keep_meeting(
+    x: Array,
+    faces: Array,
+    start: Array,
+    other: Array,
+    reach: Real,
+    count: Array,
+    met: Array,
+    # outputs
+    kept_count: Array,
+    kept: Array,
+) -> None:
+    """Those of `met` whose box in `other` is within `reach` of the faces of each patch at `x`, in the same order."""
+    for k in range(count.shape[0]):
+        lo, hi = ti.Vector([1e30, 1e30, 1e30]), ti.Vector([-1e30, -1e30, -1e30])
+        if count[k] > 0:
+            for f in range(start[k], start[k + 1]):
+                for c in ti.static(range(3)):
+                    p = vec(x, faces[f, c])
+                    lo, hi = ti.min(lo, p), ti.max(hi, p)
+        n = 0
+        for e in range(count[k]):
+            m = met[k, e]
+            apart = lo[2] > other[m, 5] + reach or other[m, 2] > hi[2] + reach
+            apart = apart or lo[0] > other[m, 3] + reach or other[m, 0] > hi[0] + reach
+            apart = apart or lo[1] > other[m, 4] + reach or other[m, 1] > hi[1] + reach
+            if not apart:
+                kept[k, n] = m
+                n += 1
+        kept_count[k] = n
+
+
 @inline
 def out_of_box(p: Value, q: Value, box: Value, m: Value, reach: Value) -> Value:
     """Whether the segment from p to q stays further than `reach` from box m along an axis."""
