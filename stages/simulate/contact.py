@@ -31,6 +31,7 @@ class BodyContact:
         face [N], distance [N] [m]: Closest triangle, -1 if none is near, and signed distance to it.
         pinched [N]: 1 for vertices that have been near two sides of the skin since `tuck` last looked.
         reaction [N] [N]: Normal force of the skin that the last linear solve ended with.
+        fresh [N]: 1 for vertices that met the skin or left it in the last step.
         shear [N, 3] [m]: Elastic slip of the friction's grip; `accept` keeps that of the solved step.
     """
 
@@ -77,6 +78,7 @@ class BodyContact:
         self.tie_face, self.tie_bary = np.zeros(n, np.int32), np.zeros((n, 3))
         self.tie_offset, self.tie_stiffness = np.zeros(n), np.zeros(n)
         self.has_ties = False
+        self.fresh, self.touched = np.zeros(n, np.int32), np.zeros(n, np.int32)
         self.deepest_vertex = 0
         self.deepest, self.moved = np.zeros(BLOCKS), np.zeros(BLOCKS, np.int32)
 
@@ -284,7 +286,8 @@ class BodyContact:
             before += x - solved
             return
         take_over(
-            solved, x, x_bar, h, dt, self.face, self.bary, self.normal, b.x, b.x_old, b.faces, v, before
+            solved, x, x_bar, h, dt, self.face, self.distance, self.bary, self.normal, b.x, b.x_old, b.faces,
+            self.margin, self.touched, self.fresh, v, before,
         )  # fmt: skip
 
     def accept(self) -> None:

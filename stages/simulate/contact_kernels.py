@@ -351,12 +351,16 @@ def take_over(
     h: Real,
     dt: Real,
     face: Array,
+    distance: Array,
     bary: Array,
     normal: Array,
     body: Array,
     body_start: Array,
     faces: Array,
+    margin: Real,
     # outputs
+    touched: Array,
+    fresh: Array,
     v: Array,
     before: Array,
 ) -> None:
@@ -364,9 +368,20 @@ def take_over(
 
     A correction of position is no motion: the step's start `before` moves along, so that the next step of the
     two-step integrator doesn't take it for speed. Only the speed towards the body is lost.
+    `touched` tells what the skin touches now, `fresh` where that has changed: see `inertial_target`.
     """
     for i in range(x.shape[0]):
         u = (vec(solved, i) - vec(x_bar, i)) / h
+        touches = 0
+        if face[i] >= 0 and distance[i] < margin:
+            touches = 1
+        changed = 0
+        if touches != touched[i]:
+            changed = 1
+        if changed == 1 or fresh[i] == 1:
+            u = (vec(solved, i) - vec(before, i)) / dt
+        fresh[i] = changed
+        touched[i] = touches
         shift = vec(x, i) - vec(solved, i)
         if shift.norm_sqr() > 0:
             put(before, i, vec(before, i) + shift)

@@ -67,6 +67,7 @@ def gather_rows(
     x_bar: Array,
     y: Array,
     mass: Array,
+    inertia: Array,
     area: Array,
     drag: Array,
     gravity: Real,
@@ -102,15 +103,14 @@ def gather_rows(
     for i in range(x.shape[0]):
         xi = vec(x, i)
         vi = (xi - vec(x_bar, i)) / h
-        inertia = mass[i] / (h * h)
         air = drag[i] * area[i]
-        f = -inertia * (xi - vec(y, i)) - air * (vi - ti.Vector([wind[0], wind[1], wind[2]]))
+        f = -inertia[i] * (xi - vec(y, i)) - air * (vi - ti.Vector([wind[0], wind[1], wind[2]]))
         f[2] += mass[i] * gravity
         f += vec(outer_force, i)
-        iso = inertia + air / h - bend_sum[i] * (1.0 + bend_damping[i] / h)
+        iso = inertia[i] + air / h - bend_sum[i] * (1.0 + bend_damping[i] / h)
         m00, m01, m02 = outer_block[i, 0], outer_block[i, 1], outer_block[i, 2]
         m11, m12, m22 = outer_block[i, 3], outer_block[i, 4], outer_block[i, 5]
-        alone = inertia + air / h
+        alone = inertia[i] + air / h
         own[i, 0], own[i, 1], own[i, 2] = m00 + alone, m01, m02
         own[i, 3], own[i, 4], own[i, 5] = m11 + alone, m12, m22 + alone
         for e in range(start[i], start[i + 1]):
@@ -175,16 +175,21 @@ def inertial_target(
     dt: Real,
     fixed: Array,
     goal: Array,
+    mass: Array,
+    fresh: Array,
     # outputs
     x_bar: Array,
     y: Array,
     guess: Array,
+    inertia: Array,
 ) -> None:
     """Start of a step of BDF2 with ratio w of this step to the last; w = 0 is the implicit Euler step.
 
     x' = x_bar + h v', v' = v_bar + h a', h = dt (1 + w) / (1 + 2 w),
     x_bar = ((1 + w)^2 x - w^2 x_old) / (1 + 2 w), v_bar alike (Hairer, Norsett, Wanner, "Solving ODEs I", III.5).
-    The first guess is x + dt v; fixed vertices go to their goal.
+    The first guess is x + dt v; fixed vertices go to their goal. `inertia` is mass / h^2 [kg/s^2].
+    An impact is no smooth motion, which two steps would tell the course of: vertices that have just met the skin or
+    left it (`fresh`) take a step of implicit Euler, x' = x + dt v'; x_bar then holds for damping and drag, roughly.
     """
     for i in range(x.shape[0]):
         c1 = (1.0 + w) * (1.0 + w) / (1.0 + 2.0 * w)
@@ -194,6 +199,11 @@ def inertial_target(
         vb = c1 * vec(v, i) - c2 * vec(v_old, i)
         put(x_bar, i, xb)
         put(y, i, xb + h * vb)
+        inertia[i] = mass[i] / (h * h)
+        if fresh[i] == 1:
+            put(y, i, vec(x, i) + dt * vec(v, i))
+            put(x_bar, i, vec(x, i) + (dt - h) * vec(v, i))
+            inertia[i] = mass[i] / (dt * dt)
         if fixed[i] == 1:
             put(guess, i, vec(goal, i))
         else:

@@ -10,9 +10,10 @@ import numpy as np
 from stages.simulate.stepper import Stepper
 
 CLOTH = ("x", "v", "x_old", "v_old")
-CONTACT = ("shear", "reaction", "pinched")
+CONTACT = ("shear", "reaction", "pinched", "fresh", "touched", "face")
 LEVELS = ("inverse", "coarsest")
-PAIRS = ("age", "lasts", "fast", "total", "faces_first")
+PAIRS = ("age", "lasts", "fast", "total", "faces_first", "meets_for")
+PAIRS_MET = ("met_count", "met")
 PAIR_LISTS = ("found_vertices", "side", "gap")
 
 
@@ -41,6 +42,7 @@ def take(stepper: Stepper) -> Snapshot:
     pairs: dict[str, Any] = {}
     if stepper.pairs is not None:
         pairs = {name: getattr(stepper.pairs, name) for name in PAIRS}
+        pairs |= {name: getattr(stepper.pairs, name).copy() for name in PAIRS_MET}
         pairs |= {name: getattr(stepper.pairs, name)[: stepper.pairs.total].copy() for name in PAIR_LISTS}
     return Snapshot(
         time=stepper.time,
@@ -72,10 +74,13 @@ def restore(stepper: Stepper, snapshot: Snapshot) -> None:
         return
     if not snapshot.pairs:
         pairs.age = pairs.lasts = pairs.every
+        pairs.meets_for = 0.0
         return
     if snapshot.pairs["total"] > len(pairs.gap):
         pairs.room(int(snapshot.pairs["total"] * 1.3))
     for name in PAIRS:
         setattr(pairs, name, snapshot.pairs[name])
+    for name in PAIRS_MET:
+        setattr(pairs, name, snapshot.pairs[name].copy())
     for name in PAIR_LISTS:
         getattr(pairs, name)[: pairs.total] = snapshot.pairs[name]

@@ -112,6 +112,19 @@ def refuse_tangled(pairs: PairContact, start: np.ndarray) -> None:
         )
 
 
+FIRM = 0.02
+"""Least stiffness of contact at a vertex, over that of the springs at it."""
+
+
+def firm_area(springs: Springs, pressure: float) -> np.ndarray:
+    """Area [m^2] for which skin of stiffness `pressure` [N/m^3] pushes on each vertex, shape [N].
+
+    Its own; more where the cloth is so stiff that it lands on few vertices with all its weight.
+    """
+    pull = np.bincount(springs.edges.ravel(), np.repeat(springs.stiffness, 2), len(springs.area))
+    return np.maximum(springs.area, FIRM * pull / pressure)
+
+
 def make_stepper(scene: Scene, config: SimulateConfig) -> Stepper:
     """A stepper at the start of `scene`."""
     scene.check()
@@ -124,7 +137,7 @@ def make_stepper(scene: Scene, config: SimulateConfig) -> Stepper:
     contact = BodyContact(
         body,
         patches,
-        springs.area,
+        firm_area(springs, config.contact_stiffness),
         per_vertex(scene, "friction"),
         margin=config.margin,
         stiffness=config.contact_stiffness,

@@ -62,8 +62,12 @@ class Stepper:
     """Furthest that one Newton iteration may move a vertex [m]."""
     UNSOLVED = 0.003
     """A step isn't solved while the last iteration still moved a vertex this far [m]..."""
+    SHARE = 1 / 3
+    """... or this share of its short edges: those of the 5th percentile..."""
     PATIENCE = 4
-    """... and gets up to so many times the iterations."""
+    """... and gets up to so many times the iterations; a step that isn't solved then is halved..."""
+    PART = 8
+    """... down to this part of the longest: what still jumps there is cloth pinched between skin and skin."""
     LEVELS_LAST = 4
     """Steps for which the matrices of the coarse levels are kept."""
 
@@ -101,7 +105,9 @@ class Stepper:
         self.levels = Multilevel(springs.edges, springs.stiffness, self.fixed, real)
         self.levels_age, self.levels_h = self.LEVELS_LAST, 0.0
         self.own = np.zeros((n, 6))
+        self.inertia = np.zeros(n)
         self.largest = np.zeros(BLOCKS)
+        self.unsolved = min(self.UNSOLVED, self.SHARE * float(np.percentile(springs.length, 5)))
         self.report = Report()
         self.no_pairs = (
             np.zeros((1, 4), np.int32),
@@ -154,7 +160,10 @@ class Stepper:
             w = 0.0
         h = dt * (1 + w) / (1 + 2 * w)
         goal = self.x if self.goal is None else self.goal(self.time + dt)
-        inertial_target(self.x, self.v, self.x_old, self.v_old, w, dt, self.fixed, goal, self.x_bar, self.y, self.guess)
+        inertial_target(
+            self.x, self.v, self.x_old, self.v_old, w, dt, self.fixed, goal, self.springs.mass, self.contact.fresh,
+            self.x_bar, self.y, self.guess, self.inertia,
+        )  # fmt: skip
         self.contact.body.move_to(self.time, dt)
         clock = self.report.clock("body", clock)
         furthest = c.margin + self.contact.SPARE + min(max(self.fastest * dt, c.travel), 2 * c.travel)
@@ -189,13 +198,13 @@ class Stepper:
                 raise Rejected(int(np.argmax(~np.isfinite(self.pcg.dx).all(1))), "the solution is not finite")
             # The first iteration holds what touches by friction; only the second knows whether it slides. Where the
             # last one of those given still moved a vertex far, the step isn't solved yet.
-            wanted = c.newton_tolerance if iteration + 1 < c.newton_iterations else self.UNSOLVED
+            wanted = c.newton_tolerance if iteration + 1 < c.newton_iterations else self.unsolved
             if iteration > 0 and moved < max(wanted, c.newton_tolerance):
                 break
-        if moved > self.LONGEST_MOVE:
+        if moved > (self.unsolved if dt > c.dt / self.PART else self.LONGEST_MOVE):
             vertex = int(np.argmax(np.abs(self.pcg.dx).max(1)))
-            raise Rejected(vertex, f"the last Newton iteration still moved it {moved * 1e3:.0f} mm")
-        self.report.unsolved += moved > self.UNSOLVED
+            raise Rejected(vertex, f"the last Newton iteration still moved it {moved * 1e3:.2g} mm")
+        self.report.unsolved += moved > self.unsolved
         self._finish(x, other, dt, h)
 
     def _rebuild_levels(self, h: float) -> None:
@@ -226,6 +235,7 @@ class Stepper:
             self.x_bar,
             self.y,
             s.mass,
+            self.inertia,
             s.area,
             self.drag,
             self.config.gravity,

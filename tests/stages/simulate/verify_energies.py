@@ -22,6 +22,7 @@ def _stretched(seed: int = 0) -> Stepper:
     s.x[:] = vertices * 1.3 + rng.normal(scale=5e-4, size=vertices.shape)
     s.x_bar[:] = s.x + rng.normal(scale=1e-4, size=vertices.shape)
     s.y[:] = s.x + rng.normal(scale=1e-4, size=vertices.shape)
+    s.inertia[:] = s.springs.mass / H**2
     return s
 
 
