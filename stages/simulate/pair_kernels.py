@@ -5,6 +5,9 @@ import taichi as ti
 from stages.simulate.closest import closest_on_edges, closest_on_triangle
 from stages.simulate.kernels import Array, Int, Real, Value, inline, kernel, put, vec
 
+NO_PAIR = -1.0
+"""Gap [m] of what isn't to be kept apart."""
+
 
 @inline
 def face_normal_of(x: Value, a: Value, b: Value, c: Value) -> Value:
@@ -21,6 +24,7 @@ def write_pairs(
     faces: Array,
     edges: Array,
     layer: Array,
+    crossing: Array,
     thickness: Real,
     vf_start: Array,
     vf_count: Array,
@@ -37,7 +41,7 @@ def write_pairs(
 
     `side` is where the first part is now relative to the second. Between garments whose normals agree it is where it
     ought to be, by the order of the layers, so that garments that start or get entangled come apart. Parts that are
-    close together at rest keep at most 0.7 of that distance.
+    close together at rest keep at most 0.7 of that distance. What is `crossing` may be on its wrong side: no gap then.
     """
     for i in range(vf_count.shape[0]):
         for k in range(vf_count[i]):
@@ -61,6 +65,8 @@ def write_pairs(
                 u = closest_on_triangle(vec(rest, i), vec(rest, a), vec(rest, b), vec(rest, c))
                 d = vec(rest, i) - u[0] * vec(rest, a) - u[1] * vec(rest, b) - u[2] * vec(rest, c)
                 keep = ti.min(thickness, 0.7 * d.norm())
+                if crossing[i] == 1 and crossing[a] + crossing[b] + crossing[c] > 0:
+                    keep = NO_PAIR
             put(side, o, way * n)
             gap[o] = keep
     for e in range(ee_count.shape[0]):
@@ -87,6 +93,8 @@ def write_pairs(
                 s, t = st[0], st[1]
                 r = (1 - s) * vec(rest, a) + s * vec(rest, b) - (1 - t) * vec(rest, c) - t * vec(rest, d)
                 keep = ti.min(thickness, 0.7 * r.norm())
+                if crossing[a] + crossing[b] > 0 and crossing[c] + crossing[d] > 0:
+                    keep = NO_PAIR
             put(side, o, w / ti.max(w.norm(), 1e-12))
             gap[o] = keep
 

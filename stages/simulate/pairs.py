@@ -12,13 +12,13 @@ from stages.simulate.pair_kernels import compact_pairs, gather_pairs, move_parte
 from stages.simulate.pair_normals import cloth_normals
 from stages.simulate.pair_search import (
     edge_spheres,
-    find_crossings,
     find_edge_edges,
     find_vertex_faces,
     mark_close,
 )
 from stages.simulate.patch_kernels import GROUP, bound_normals, bound_patches, meet_patches
 from stages.simulate.patches import Patches, widened
+from stages.simulate.untangle import Crossings
 
 LOOK_AHEAD = 1.25
 """How much further than its velocity says cloth is expected to go while pairs are kept."""
@@ -78,6 +78,7 @@ class PairContact:
         self.ee_count, self.ee_found = np.zeros(len(edges), np.int32), np.zeros((len(edges), 16), np.int32)
         self.vf_start, self.ee_start = np.zeros(n, np.int32), np.zeros(len(edges), np.int32)
         self.close = np.zeros(n, np.int32)
+        self.crossings = Crossings(patches, layer)
         self.dtype = dtype
         self.total = self.faces_first = self.count = 0
         self.age = self.lasts = every
@@ -140,12 +141,13 @@ class PairContact:
         vf_end, ee_end = np.cumsum(self.vf_count), np.cumsum(self.ee_count)
         self.faces_first = int(vf_end[-1])
         self.total = self.faces_first + int(ee_end[-1])
+        self.crossings.find(x, self.close, self.untangle == 0.0, self.met_count, self.met)
         if self.total > len(self.gap):
             self.room(int(self.total * 1.3))
         np.subtract(vf_end, self.vf_count, out=self.vf_start, casting="unsafe")
         np.subtract(self.faces_first + ee_end, self.ee_count, out=self.ee_start, casting="unsafe")
         write_pairs(
-            x, self.rest, self.vertex_normal, self.faces, self.edges, self.layer, self.thickness,
+            x, self.rest, self.vertex_normal, self.faces, self.edges, self.layer, self.crossings.part, self.thickness,
             self.vf_start, self.vf_count, self.vf_found, self.ee_start, self.ee_count, self.ee_found,
             self.found_vertices, self.side, self.gap,
         )  # fmt: skip
@@ -176,14 +178,6 @@ class PairContact:
         """Steps for which pairs are kept: all but 1 vertex in 500 closed in slowly enough when last looked at."""
         return max(1, min(self.every, int(self.widest_slack / max(LOOK_AHEAD * self.fast * dt, 1e-9))))
 
-    def crossings(self, x: np.ndarray) -> np.ndarray:
-        """How many faces of its own garment each of `edges` passes through at x, where the search at x found folds."""
-        p, crossed = self.patches, np.zeros(len(self.edges), np.int32)
-        find_crossings(
-            x, self.edges, self.faces, self.layer, p.of_edge, p.start, self.met_count, self.met, crossed
-        )  # fmt: skip
-        return crossed
-
     def _compact(self) -> None:
         compact_pairs(
             self.total, self.active, self.found_vertices, self.found_weights, self.found_block, self.found_force,
@@ -202,12 +196,12 @@ class PairContact:
         gather_pairs(self.start, self.index, self.weights, self.block, self.force, force, diagonal)
 
     def part(self, solved: np.ndarray, x: np.ndarray, fixed: np.ndarray, rounds: int) -> None:
-        """Move apart in `x`, in place, what has come within a quarter of its gap.
+        """Move apart in `x`, in place, what has come within a quarter of its gap, and what has crossed.
 
         `solved`, of which x is a copy, takes part in the first SHOVE of each move: as far as it stops what closes in,
         a correction is motion; the rest of it isn't.
         """
-        moved = False
+        moved = self.crossings.shorten(x, self.mass, fixed)
         for _ in range(rounds):
             part_pairs(
                 x, self.found_vertices, self.side, self.gap, self.faces_first, self.total, self.mass, fixed,

@@ -14,6 +14,7 @@ CONTACT = ("shear", "reaction", "pinched", "fresh", "touched", "face")
 LEVELS = ("inverse", "coarsest")
 PAIRS = ("age", "lasts", "fast", "total", "faces_first", "meets_for")
 PAIRS_MET = ("met_count", "met")
+CROSSINGS = ("edge", "face")
 PAIR_LISTS = ("found_vertices", "side", "gap")
 
 
@@ -43,6 +44,7 @@ def take(stepper: Stepper) -> Snapshot:
     if stepper.pairs is not None:
         pairs = {name: getattr(stepper.pairs, name) for name in PAIRS}
         pairs |= {name: getattr(stepper.pairs, name).copy() for name in PAIRS_MET}
+        pairs |= {name: getattr(stepper.pairs.crossings, name) for name in CROSSINGS}
         pairs |= {name: getattr(stepper.pairs, name)[: stepper.pairs.total].copy() for name in PAIR_LISTS}
     return Snapshot(
         time=stepper.time,
@@ -75,11 +77,14 @@ def restore(stepper: Stepper, snapshot: Snapshot) -> None:
     if not snapshot.pairs:
         pairs.age = pairs.lasts = pairs.every
         pairs.meets_for = 0.0
+        pairs.crossings.forget()
         return
     if snapshot.pairs["total"] > len(pairs.gap):
         pairs.room(int(snapshot.pairs["total"] * 1.3))
     for name in PAIRS:
         setattr(pairs, name, snapshot.pairs[name])
+    for name in CROSSINGS:
+        setattr(pairs.crossings, name, snapshot.pairs[name])
     for name in PAIRS_MET:
         setattr(pairs, name, snapshot.pairs[name].copy())
     for name in PAIR_LISTS:

@@ -89,12 +89,12 @@ def refuse_inside(scene: Scene, body: BodyMotion, deepest: float) -> None:
         )
 
 
-TANGLED = 0.005
-"""Share of a scene's edges that may pass through their own garment at the start."""
+TANGLED = 0.15
+"""Share of a scene's edges that may pass through their own garment at the start: so many can be taken apart."""
 
 
 def refuse_tangled(pairs: PairContact, start: np.ndarray) -> None:
-    """Refuse cloth that starts tangled with itself: which side of it belongs where can't be told.
+    """Refuse cloth that starts so tangled with itself that it can't be told which side of it belongs where.
 
     Garments that start through each other have an order; see `SimulateConfig.untangle`.
 
@@ -103,7 +103,9 @@ def refuse_tangled(pairs: PairContact, start: np.ndarray) -> None:
     """
     pairs.search(start, np.zeros_like(start), 1e-3)
     pairs.age = pairs.every
-    crossed = pairs.crossings(start)
+    found = pairs.crossings
+    found.find(start, np.ones(len(start), np.int32), False, pairs.met_count, pairs.met)
+    crossed = found.count
     if (crossed > 0).mean() > TANGLED:
         a, b = pairs.edges[int(np.argmax(crossed))]
         raise DataError(

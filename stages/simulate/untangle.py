@@ -1,0 +1,129 @@
+"""Cloth that has passed through cloth, taken apart again: the contour where it crosses is made shorter and shorter.
+
+Volino and Magnenat-Thalmann 2006, "Resolving surface collisions through intersection contour minimization": where an
+edge passes through a face, the contour of the crossing goes on in the faces beside the edge. Moving edge and face
+against each other along the gradient of its length shrinks it, whichever side was the right one.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from stages.simulate.patches import Patches, widened
+from stages.simulate.springs import unique_edges
+from stages.simulate.untangle_kernels import find_crossings
+
+PACE = 2e-3
+"""How far a crossing is moved in one step, at most [m]."""
+EVEN = 0.5
+"""Gradient [1] of the contour's length at which it is moved 0.7 of that."""
+SLANT = 0.1
+"""Sine of the least angle of edge and face that the gradient is taken for: along a face it has no end."""
+
+
+class Crossings:
+    """Edges and faces of the cloth that pass through each other.
+
+    Attributes:
+        edge, face [K]: Each crossing's edge and face.
+        part [N]: 1 for the vertices of those: what they touch tells nothing of the side they ought to be on.
+    """
+
+    def __init__(self, patches: Patches, layer: np.ndarray) -> None:
+        self.patches, self.layer = patches, layer
+        self.wings = opposite_vertices(patches.edges, patches.faces)
+        self.count, self.found = np.zeros(len(patches.edges), np.int32), np.zeros((len(patches.edges), 4), np.int32)
+        self.part = np.zeros(len(layer), np.int32)
+        self.forget()
+
+    def forget(self) -> None:
+        """Know of no crossing until they are looked for again."""
+        self.edge, self.face = np.zeros(0, np.int64), np.zeros(0, np.int64)
+
+    def find(self, x: np.ndarray, near: np.ndarray, others: bool, met_count: np.ndarray, met: np.ndarray) -> None:
+        """Find those of edges with an end that is `near` [N] other cloth, with faces of the patches that their own met.
+
+        Those with other garments only with `others`.
+        """
+        p = self.patches
+        while True:
+            find_crossings(
+                x, p.edges, p.faces, near, self.layer, int(others), p.of_edge, p.start, met_count, met,
+                self.count, self.found,
+            )  # fmt: skip
+            found, self.found = self.found, widened(self.found, self.count)
+            if found is self.found:
+                break
+        self.part[:] = 0
+        self.edge = np.repeat(np.arange(len(self.count)), self.count)
+        first = np.cumsum(self.count) - self.count
+        self.face = self.found[self.edge, np.arange(len(self.edge)) - first[self.edge]].astype(np.int64)
+        self.part[p.edges[self.edge]] = 1
+        self.part[p.faces[self.face]] = 1
+
+    def shorten(self, x: np.ndarray, mass: np.ndarray, fixed: np.ndarray) -> bool:
+        """Move what still crosses in `x` [N, 3], in place, so that the contour gets shorter; whether anything did.
+
+        Light vertices move more, as in `part_pairs`; each by the mean of what its crossings ask of it.
+        """
+        if not len(self.edge):
+            return False
+        ends, corners = self.patches.edges[self.edge], self.patches.faces[self.face]
+        p, q = x[ends[:, 0]], x[ends[:, 1]]
+        a, b, c = (x[corners[:, k]] for k in range(3))
+        along, normal = q - p, np.cross(b - a, c - a)
+        wide = np.maximum(_dot(normal, normal), 1e-30)
+        steep = _dot(normal, along)
+        steep = np.where(np.abs(steep) < 1e-16, 1e-16, steep)
+        s = _dot(normal, a - p) / steep
+        hit = p + s[:, None] * along - a
+        v = _dot(np.cross(hit, c - a), normal) / wide
+        w = _dot(np.cross(b - a, hit), normal) / wide
+        still = (s > 0) & (s < 1) & (v > 0) & (w > 0) & (v + w < 1)
+        if not still.any():
+            return False
+        e, n = _unit(along), _unit(normal)
+        gradient = np.zeros_like(p)
+        for k in range(2):
+            wing = self.wings[self.edge, k]
+            away = x[wing] - p
+            away -= _dot(away, e)[:, None] * e
+            line = _unit(np.cross(n, np.cross(e, away)))
+            line *= np.sign(_dot(line, away))[:, None]
+            slant = _dot(e, n)
+            slant = np.where(slant < 0, -1.0, 1.0) * np.maximum(np.abs(slant), SLANT)
+            gradient += np.where(wing >= 0, 1.0, 0.0)[:, None] * (line - (2 * _dot(e, line) / slant)[:, None] * n)
+        move = PACE * gradient / np.sqrt(_dot(gradient, gradient) + EVEN**2)[:, None]
+        vertices = np.concatenate([ends, corners], axis=1)[still]
+        share = np.stack([1 - s, s, v + w - 1, -v, -w], axis=1)[still]
+        ease = np.where(fixed[vertices] == 0, 1.0 / mass[vertices], 0.0)
+        total = (share**2 * ease).sum(1)
+        asked = (share * ease / np.maximum(total, 1e-30)[:, None])[:, :, None] * move[still][:, None]
+        shift, number = np.zeros_like(x), np.zeros(len(x))
+        np.add.at(shift, vertices.ravel(), asked.reshape(-1, 3))
+        np.add.at(number, vertices.ravel(), 1.0)
+        x += shift / np.maximum(number, 1.0)[:, None]
+        return True
+
+
+def opposite_vertices(edges: np.ndarray, faces: np.ndarray) -> np.ndarray:
+    """For each of `edges` [E, 2] the vertices opposite to it in the two faces (of `faces` [F, 3]) beside it, or -1."""
+    known, of_face = unique_edges(faces)
+    order = np.argsort(of_face.ravel(), kind="stable")
+    edge, vertex = of_face.ravel()[order], faces.ravel()[order]
+    wings = np.full((len(known), 2), -1, np.int64)
+    second = np.concatenate([[False], edge[1:] == edge[:-1]])
+    wings[edge[~second], 0], wings[edge[second], 1] = vertex[~second], vertex[second]
+    wide = int(known.max(initial=0)) + 1
+    ends = np.sort(edges, axis=1).astype(np.int64)
+    return wings[np.searchsorted(known[:, 0].astype(np.int64) * wide + known[:, 1], ends[:, 0] * wide + ends[:, 1])]
+
+
+def _dot(a: np.ndarray, b: np.ndarray) -> np.ndarray:
+    product: np.ndarray = np.einsum("ij,ij->i", a, b)
+    return product
+
+
+def _unit(a: np.ndarray) -> np.ndarray:
+    length: np.ndarray = np.maximum(np.linalg.norm(a, axis=1, keepdims=True), 1e-20)
+    return a / length
