@@ -273,7 +273,9 @@ def solve(
     Raises:
         DataError: If the scene can't be simulated, or a step fails at the floor of the step size.
     """
+    clock = perf_counter()
     stepper = make_stepper(scene, config)
+    stepper.report.clock("set-up", clock)
     recorded = [stepper.x.copy()] if scene.record == 0 else []
     stepper.first_frame = scene.record
     drag = stepper.drag.copy()
