@@ -24,6 +24,15 @@ LEVELS: dict[str, dict[str, Any]] = {
         "precision": "f32",
         "pair_every": 4,
     },
+    "fine": {
+        "dt": 1 / 240,
+        "newton_iterations": 3,
+        "newton_tolerance": 2e-5,
+        "tolerance": 0.1,
+        "linear_iterations": 400,
+        "precision": "f32",
+        "pair_every": 8,
+    },
     "reference": {
         "dt": 1 / 1920,
         "newton_iterations": 20,

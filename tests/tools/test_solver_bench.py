@@ -13,7 +13,7 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[2]))
 
 from stages.simulate.solve import make_springs, make_stepper
 from stages.spec import DataError
-from tools.solver import curve, extremes, judging, meshes, peers, tables
+from tools.solver import curve, extremes, judging, kept, meshes, peers, tables
 from tools.solver.child import Ended, run
 from tools.solver.curve_plot import plot
 from tools.solver.energy import EnergyMeter
@@ -272,7 +272,14 @@ def test_rounds_take_turns_and_one_failure_does_not_stop_the_rest(tmp_path, monk
 
 def test_own_errors_are_against_the_solvers_own_reference(tmp_path, monkeypatch):
     folder = peers_folder(tmp_path / "peers")
-    places = {"preview": 0.004, "standard": 0.002, "reference": 0.0, "Blender 14": 0.105, "Blender 56": 0.1}
+    places = {
+        "preview": 0.004,
+        "standard": 0.002,
+        "fine": 0.001,
+        "reference": 0.0,
+        "Blender 14": 0.105,
+        "Blender 56": 0.1,
+    }
 
     def put(bench, name, solver, most=0):
         np.savez(bench.out(name, solver), x=np.full((16, 3, 3), places[solver] / 3**0.5))
@@ -286,6 +293,7 @@ def test_own_errors_are_against_the_solvers_own_reference(tmp_path, monkeypatch)
     bench = peers.Bench(peers.Blender(Path(sys.executable), folder), tmp_path, 0)
     rows = {row["solver"]: row.get("error_0.5s_mm") for row in peers.measure(bench, "S", 1, True)}
     assert rows["preview"] == pytest.approx(4.0) and rows["standard"] == pytest.approx(2.0)
+    assert rows["fine"] == pytest.approx(1.0)
     assert rows["Blender 14"] == pytest.approx(5.0)
     assert rows["reference"] is None and rows["Blender 56"] is None
 
@@ -344,8 +352,26 @@ def test_a_changed_solver_is_measured_anew(tmp_path, monkeypatch):
     assert before != work.place("A", {"sources": curve.sources(), "settings": {"dt": 0.01}})
     (tmp_path / "stages" / "simulate").mkdir(parents=True)
     (tmp_path / "stages" / "simulate" / "config.py").write_text("other")
-    monkeypatch.setattr(curve, "ROOT", tmp_path)
+    monkeypatch.setattr(kept, "ROOT", tmp_path)
     assert before != work.place("A", {"sources": curve.sources(), "settings": {}})
+
+
+def test_a_reference_is_kept_while_nothing_changes(tmp_path):
+    out, runs = tmp_path / "r.npz", []
+
+    def solve():
+        runs.append(1)
+        out.write_bytes(b"x")
+        return ended(2.0, "no memory" if len(runs) == 1 else "")
+
+    assert kept.once(out, "a", solve).fault and len(runs) == 1
+    first = kept.once(out, "a", solve)
+    assert kept.once(out, "a", solve) == first and len(runs) == 2, "a failed run isn't kept, a good one is"
+    kept.once(out, "b", solve)
+    assert len(runs) == 3
+    out.unlink()
+    kept.once(out, "b", solve)
+    assert len(runs) == 4
 
 
 def test_the_plot_takes_scenes_without_errors(tmp_path):

@@ -24,6 +24,7 @@ from tools.solver.blender import PYTHON, Blender
 from tools.solver.child import ROOT, run
 from tools.solver.curve_plot import plot
 from tools.solver.curve_points import FINEST, LEVELS, POINTS, QUICK, REFERENCE, SCENES, measure
+from tools.solver.kept import sources
 from tools.solver.statistics import errors, relative, statistics
 
 LIMIT = 12 * 3600.0
@@ -83,14 +84,6 @@ class Work:
         """File of the positions of a point, without its ending."""
         text = json.dumps({**what, "frames": self.frames or SCENES[scene].frames}, sort_keys=True)
         return self.folder / scene / hashlib.sha256(text.encode()).hexdigest()[:16]
-
-
-def sources() -> str:
-    """Hash of everything that the solver is made of."""
-    digest = hashlib.sha256()
-    for path in sorted((ROOT / "stages" / "simulate").glob("*.py")):
-        digest.update(path.read_bytes())
-    return digest.hexdigest()
 
 
 def main(arguments: Sequence[str] | None = None) -> int:

@@ -28,7 +28,7 @@ POINTS: dict[str, dict[str, Any]] = {
     "standard": {},
     "standard, Euler": {"integrator": "euler"},
     "standard, 4 Newton": FINE,
-    "step 1/240, 3 Newton": {"dt": 1 / 240, "newton_iterations": 3, "tolerance": 0.1, "pair_every": 8},
+    "fine": {"accuracy": "fine"},
     "step 1/480, 4 Newton": {"dt": 1 / 480, **FINE},
     "reference": {"accuracy": "reference"},
     "reference, half step": {"accuracy": "reference", "dt": 1 / 3840},
@@ -36,7 +36,7 @@ POINTS: dict[str, dict[str, Any]] = {
 """Knobs of every point. All but the last two are compared with "reference", whose step is a quarter of the finest."""
 
 REFERENCE, FINEST = "reference", "reference, half step"
-LEVELS = ("preview", "standard", "reference")
+LEVELS = ("preview", "standard", "fine", "reference")
 QUICK = ("preview", "standard", "step 1/480, 4 Newton")
 """Points of the reduced set, whose yardstick is the last of them and only shows that the command works."""
 

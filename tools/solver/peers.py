@@ -9,7 +9,7 @@ from __future__ import annotations
 import argparse
 import os
 import sys
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from statistics import median
@@ -20,10 +20,11 @@ import numpy as np
 from tools.solver import tables
 from tools.solver.blender import LIMIT, PYTHON, Blender
 from tools.solver.child import ROOT, Ended, run
+from tools.solver.kept import once, sources
 from tools.solver.statistics import errors
 
 SCENES = ("A", "A20", "C", "B128")
-STANDARD, BLENDER = "standard", "Blender 14"
+STANDARD, FINE, BLENDER = "standard", "fine", "Blender 14"
 QUALITY, FINE_QUALITY = 14, 56
 """Blender's steps a frame, and those of the reference for its own error: four times as many."""
 
@@ -58,8 +59,8 @@ takes us `set-up` seconds, however long the scene is. `load` is the load average
 is the peers' own: strain of the edges over all frames, penetration and self-intersections the worst of the frames
 scored.
 
-A solver's own error is that against its own reference over the first 0.5 s and 1 s: for `preview` and `standard` level
-`reference`, whose step is a ninth of standard's; for Blender {fine} steps a frame. References are solved for the first
+A solver's own error is that against its own reference over the first 0.5 s and 1 s: for our levels `reference`, whose
+step is an eighth of fine's; for Blender {fine} steps a frame, four times as many. References are solved for the first
 second alone; their own errors are unmeasured here, see the [curve](curve.md).
 
 Commit {commit}, {date}, {processor}.
@@ -123,6 +124,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser.add_argument("--runs", type=int, default=3, help="rounds")
     parser.add_argument("--frames", type=int, default=0, help="frames of every scene, the start counted; 0 for all")
     parser.add_argument("--no-self-errors", action="store_true", help="leave out the references, which take longest")
+    parser.add_argument("--references", action="store_true", help="only solve the references, to have them kept")
     parser.add_argument("--work", type=Path, default=ROOT / "build" / "peers", help="folder of the trajectories")
     parser.add_argument("--out", type=Path, default=tables.DOCS, help="folder of the table")
     given = parser.parse_args(arguments)
@@ -134,6 +136,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
     if absent:
         parser.error(f"{bench.blender.folder / 'scenes'} holds no {absent[0]}.npz")
     bench.work.mkdir(parents=True, exist_ok=True)
+    if given.references:
+        return 1 if any(ended.fault for name in names for _, ended in references(bench, name)) else 0
     about = {**tables.made(), "runs": given.runs, "frames": given.frames}
     rows = [row for name in names for row in measure(bench, name, given.runs, not given.no_self_errors)]
     publish(rows, about, given.out)
@@ -141,33 +145,46 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 
 def measure(bench: Bench, name: str, runs: int, self_errors: bool) -> list[dict[str, Any]]:
-    """Rows of one scene: both solvers in turn, `runs` times; then the levels and references that own errors need."""
-    times: dict[str, list[Ended]] = {STANDARD: [], BLENDER: []}
+    """Rows of one scene: both solvers in turn, `runs` times; then the levels and references that own errors need.
+
+    With these, level `fine` takes its turn too: it is the one whose error is to be Blender's.
+    """
+    levels = (STANDARD, FINE) if self_errors else (STANDARD,)
+    times: dict[str, list[Ended]] = {solver: [] for solver in (*levels, BLENDER)}
     load = round(os.getloadavg()[0], 2)
     for number in range(runs):
-        for solver in (BLENDER, STANDARD):
+        for solver in (BLENDER, *levels):
             # What an earlier round wrote must not be scored as this one's.
             bench.out(name, solver).unlink(missing_ok=True)
-            ended = bench.ours(name, solver) if solver == STANDARD else bench.theirs(name, QUALITY)
+            ended = bench.theirs(name, QUALITY) if solver == BLENDER else bench.ours(name, solver)
             times[solver].append(ended)
             _tell(name, f"{solver}, round {number + 1}", ended)
     rows = [_row(bench, name, solver, ended, load) for solver, ended in times.items()]
-    rounds = [(_wall(a), _wall(b)) for a, b in zip(times[BLENDER], times[STANDARD])]
-    both = [(a, b) for a, b in rounds if a and b]
-    if both:
-        ratios = [a / b for a, b in both]
-        rows[0] |= {"ratio": median(ratios), "ratios": ratios, "walls_in_turn": [b for _, b in both]}
+    for row, level in zip(rows, levels):
+        both = [(_wall(a), _wall(b)) for a, b in zip(times[BLENDER], times[level])]
+        both = [(a, b) for a, b in both if a and b]
+        if both:
+            ratios = [a / b for a, b in both]
+            row |= {"ratio": median(ratios), "ratios": ratios, "walls_in_turn": [b for _, b in both]}
     if self_errors:
-        for solver, solve in (
-            ("preview", lambda: bench.ours(name, "preview")),
-            ("reference", lambda: bench.ours(name, "reference", HORIZON)),
-            (f"Blender {FINE_QUALITY}", lambda: bench.theirs(name, FINE_QUALITY, HORIZON)),
-        ):
-            ended = solve()
-            _tell(name, solver, ended)
-            rows.append(_row(bench, name, solver, [ended], load))
+        rows += [_row(bench, name, solver, [ended], load) for solver, ended in references(bench, name)]
         _own_errors(bench, name, rows)
     return rows
+
+
+def references(bench: Bench, name: str) -> list[tuple[str, Ended]]:
+    """What own errors need besides the levels that take turns; kept, as they take longest and no one times them."""
+    fine = f"Blender {FINE_QUALITY}"
+    runs: list[tuple[str, str, Callable[[], Ended]]] = [
+        ("preview", sources(), lambda: bench.ours(name, "preview")),
+        ("reference", sources(), lambda: bench.ours(name, "reference", HORIZON)),
+        (fine, fine, lambda: bench.theirs(name, FINE_QUALITY, HORIZON)),
+    ]
+    ends = []
+    for solver, key, solve in runs:
+        ends.append((solver, once(bench.out(name, solver), f"{key} {bench.frames}", solve)))
+        _tell(name, *ends[-1])
+    return ends
 
 
 def _tell(name: str, what: str, ended: Ended) -> None:
@@ -196,7 +213,7 @@ def _row(bench: Bench, name: str, solver: str, runs: Sequence[Ended], load: floa
 
 def _own_errors(bench: Bench, name: str, rows: Sequence[dict[str, Any]]) -> None:
     """Add every solver's error against its own reference to its row, where both were solved."""
-    pairs = {"preview": "reference", STANDARD: "reference", BLENDER: f"Blender {FINE_QUALITY}"}
+    pairs = {"preview": "reference", STANDARD: "reference", FINE: "reference", BLENDER: f"Blender {FINE_QUALITY}"}
     for row in rows:
         best = pairs.get(row["solver"])
         paths = [] if best is None else [bench.out(name, row["solver"]), bench.out(name, best)]

@@ -15,7 +15,7 @@ from typing import Any
 from stages.receipt import PUBLISHED, REJECTED
 from tools.solver import sequences_audit, tables
 from tools.solver.child import ROOT, run
-from tools.solver.curve import sources
+from tools.solver.kept import sources
 from tools.solver.sequences_audit import DEPTH, EXPLODED, FALL_SPEED, FALLEN, FROZEN, LASTING, STRETCHED, audit, faults
 from tools.solver.sequences_cast import Member, cast
 from tools.solver.sequences_scene import draw_film, draw_sheet, person, receipts
