@@ -7,24 +7,19 @@ from scipy.spatial import Delaunay
 
 
 def strip(length: float, width: float, edge: float, clamp: int = 2) -> tuple[np.ndarray, np.ndarray, float]:
-    """A flat strip along x.
-
-    What a mesh bends is lumped in its vertices: cloth held up to the column at x = step / 2 bends there for the length
-    that begins at x = 0. So the first `clamp` columns, of which that is the last, are to be held, and the strip is free
-    from x = 0. With 0 for `clamp` it has no such columns and begins at x = 0.
+    """A flat strip along x, whose first `clamp` columns, of which the last is at x = 0, are to be held.
 
     Args:
         length: Free length [m].
         width: Width along y [m].
         edge: Length of an edge [m], about.
-        clamp: Columns that are there to be held.
+        clamp: Columns that are there to be held; with 0 the strip begins at x = 0.
 
     Returns:
         Vertices [m], shape [N, 3]; faces, upward, shape [F, 3]; the step between its columns [m].
     """
-    lead = 0.5 if clamp else 0.0
-    count = max(2, round(length / (edge * 3**0.5 / 2) - lead))
-    step, rows = length / (count + lead), max(1, round(width / edge))
+    count = max(2, round(length / (edge * 3**0.5 / 2)))
+    step, rows = length / count, max(1, round(width / edge))
     even = np.arange(rows + 1) * width / rows
     odd = np.concatenate([[0.0], (even[1:] + even[:-1]) / 2, [width]])
     columns, faces, first = [], [], 0
@@ -41,7 +36,7 @@ def strip(length: float, width: float, edge: float, clamp: int = 2) -> tuple[np.
         first += len(y)
     vertices = np.concatenate(columns)
     if clamp:
-        vertices[:, 0] -= (clamp - 1.5) * step
+        vertices[:, 0] -= (clamp - 1) * step
     return vertices, np.concatenate(faces).astype(np.int32), step
 
 
@@ -50,21 +45,20 @@ def disc(radius: float, held: float, edge: float) -> tuple[np.ndarray, np.ndarra
 
     Args:
         radius: Of the cloth [m].
-        held: Radius that it lies on [m]: it is free beyond, and held up to a ring half a step further, as in `strip`.
+        held: Radius of the support [m]: there is a ring there, the last that is held.
         edge: Length of an edge [m], about.
 
     Returns:
         Vertices [m], shape [N, 3]; faces, upward, shape [F, 3]; the indices of the vertices to hold, shape [K].
     """
     # Rings nearer than an edge, as the triangles between them are no wider than they are high.
-    free = max(2, round((radius - held) / (0.93 * edge) - 0.5))
-    step = (radius - held) / (free + 0.5)
-    rim = held + 0.5 * step
-    inner = max(1, round(rim / step))
+    free, inner = max(2, round((radius - held) / (0.93 * edge))), max(2, round(held / (0.93 * edge)))
     rings = [np.zeros((1, 2))]
-    for k, r in enumerate(np.concatenate([np.arange(1, inner) * rim / inner, rim + np.arange(free + 1) * step])):
-        count = max(3, round(2 * np.pi * r / edge))
-        turn = 2 * np.pi * (0.618034 * k + np.arange(count) / count)
+    for k, r in enumerate(np.concatenate([np.arange(1, inner) * held / inner, np.linspace(held, radius, free + 1)])):
+        # On either side of the support's ring one like it, half an edge turned: so it bends there in its edges alone.
+        near = abs(k + 1 - inner) <= 1
+        count = max(3, round(2 * np.pi * (held if near else r) / edge))
+        turn = 2 * np.pi * ((0.5 * ((k + 1 - inner) % 2) if near else 0.618034 * k) + np.arange(count)) / count
         rings.append(r * np.stack([np.cos(turn), np.sin(turn)], axis=1))
     points = np.concatenate(rings)
     faces = Delaunay(points).simplices
@@ -72,4 +66,4 @@ def disc(radius: float, held: float, edge: float) -> tuple[np.ndarray, np.ndarra
     area = u[:, 0] * v[:, 1] - u[:, 1] * v[:, 0]
     faces = np.where(area[:, None] < 0, faces[:, [0, 2, 1]], faces)[np.abs(area) > 1e-3 * edge**2]
     vertices = np.concatenate([points, np.zeros((len(points), 1))], axis=1)
-    return vertices, faces.astype(np.int32), np.flatnonzero(np.hypot(*points.T) < rim + 1e-9)
+    return vertices, faces.astype(np.int32), np.flatnonzero(np.hypot(*points.T) < held + 1e-9)
