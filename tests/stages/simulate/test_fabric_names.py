@@ -26,8 +26,9 @@ friction = 0.7
 
 def test_by_name_and_from_a_file(tmp_path: Path) -> None:
     assert named_fabric("denim") == Fabric(
-        density=0.4, stretch_stiffness=1200, shear_stiffness=150, bend_stiffness=3e-5, damping=3e-3, friction=0.55
-    )
+        density=0.4, stretch_stiffness=1200, shear_stiffness=150, bend_stiffness=3e-5, damping=3e-3, friction=0.55,
+        stretch_limit=0.015, stiffening=20,
+    )  # fmt: skip
     (tmp_path / "own.toml").write_text(OWN)
     felt = named_fabric(str(tmp_path / "own.toml"))
     assert (felt.bend_stiffness, felt.stiffening) == (2e-4, Fabric().stiffening)
@@ -50,8 +51,8 @@ def test_what_is_not_a_fabric_is_refused(tmp_path: Path) -> None:
 def test_scene_program_takes_a_fabric(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     vertices, faces = sheet(5, 5, 0.02)
     np.savez(
-        tmp_path / "s.npz", fps=30, frames=6, cloth_v=vertices, cloth_f=faces, body_v=np.zeros((0, 0, 3)),
-        body_f=np.zeros((0, 3), int), pins=np.arange(5), pin_pos=np.repeat(vertices[None, :5], 6, axis=0),
+        tmp_path / "s.npz", fps=30, frames=24, cloth_v=vertices, cloth_f=faces, body_v=np.zeros((0, 0, 3)),
+        body_f=np.zeros((0, 3), int), pins=np.arange(10), pin_pos=np.repeat(vertices[None, :10], 24, axis=0),
     )  # fmt: skip
     low = {}
     for name in ("silk", "leather"):

@@ -4,10 +4,13 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from small_scenes import garment, scene, stepper
 
 from stages.fabrics import load_fabrics
-from stages.simulate.fabric import Fabric, named_fabric
+from stages.simulate.fabric import named_fabric
 from stages.simulate.fabrics_program import KAWABATA_LOAD
+from stages.simulate.specimens import disc, strip
+from stages.simulate.springs import bending_rows, hinges, unique_edges
 from stages.simulate.virtual_tests import (
     bending_length,
     drape_coefficient,
@@ -40,8 +43,8 @@ def test_bending_length_is_that_of_theory_on_every_mesh(name: str) -> None:
     # c = (B / w)^(1/3), at edges of 5, 10 and 20 mm: the last are longer than c itself.
     fabric = named_fabric(name)
     measured = np.array([bending_length(fabric, edge, threads=1) for edge in (0.005, 0.01, 0.02)])
-    assert measured / theoretical_bending_length(fabric) == pytest.approx(1.0, abs=0.03)
-    assert np.ptp(measured) < 0.03 * measured.mean()
+    assert measured / theoretical_bending_length(fabric) == pytest.approx(1.0, abs=0.02)
+    assert np.ptp(measured) < 0.02 * measured.mean()
 
 
 @pytest.mark.parametrize("name", NAMES)
@@ -60,12 +63,30 @@ def test_drape_coefficient_is_that_of_published_cloth(name: str) -> None:
     assert published[0] < measured < published[1]
 
 
-def test_drape_does_not_depend_on_the_mesh() -> None:
-    # Of a cloth that is stiff enough for 20 mm edges to show its folds; mean of two drapes.
-    stiff = Fabric(density=0.55, stretch_stiffness=1500.0, shear_stiffness=400.0, bend_stiffness=1e-4)
-    coarse, fine = (drape_coefficient(stiff, edge, folds=(5, 6), threads=1).mean() for edge in (0.02, 0.014))
-    assert 0.6 < fine < 0.95
+@pytest.mark.parametrize("name", ["cotton", "leather"])
+def test_drape_does_not_depend_on_the_mesh(name: str) -> None:
+    # Edges of 20 mm are longer than the bending length, and a fold has seven of them. Starts that keep their folds:
+    # with another number of folds the coefficient differs by more than it does from mesh to mesh.
+    fabric = named_fabric(name)
+    coarse, fine = (drape_coefficient(fabric, edge, folds=(6, 7), threads=1).mean() for edge in (0.02, 0.01))
     assert coarse == pytest.approx(fine, rel=0.03)
+
+
+def test_coarse_hinges_are_stiffer_and_uneven_ones_are_not() -> None:
+    # Rolled to a large radius a sheet holds B A / (2 R^2), in all directions, also where rings of unlike counts of
+    # vertices meet: a tenth more without what evens hinges out. With a bending length of twice the hinges' distance
+    # s = 1/4, and they are stiffer by 0.7 s / (1 + 0.2 s).
+    flat, faces, _ = disc(0.15, 0.09, 0.005)
+    inside = np.hypot(*flat[hinges(faces)].mean(1)[:, :2].T) < 0.13
+    whole = 0.5 * np.pi * 0.13**2
+    for turn in (0.0, 0.5, 1.0, 1.5):
+        z = 0.5 * (flat @ [np.cos(turn), np.sin(turn), 0.0]) ** 2
+        rows, q = bending_rows(flat, faces, np.ones(len(flat)), share=inside.astype(float))
+        assert -0.5 * (q * (z[rows[:, 0]] - z[rows[:, 1]]) ** 2).sum() == pytest.approx(whole, rel=0.03)
+    x, even, step = strip(0.2, 0.2, 0.01, clamp=0)
+    each = np.ones(len(x))
+    (_, q), (_, stiffer) = (bending_rows(x, even, each, length) for length in (None, 2 * step * each))
+    assert np.median(stiffer / q) == pytest.approx(1 + 0.7 * 0.25 / 1.05, rel=0.01)
 
 
 @pytest.mark.parametrize("name", ["cotton", "leather"])
@@ -77,15 +98,29 @@ def test_extension_is_that_of_the_constants(name: str) -> None:
     assert extension(fabric, 3 * limit * k, threads=1) == pytest.approx(limit + 2 * limit / s, rel=0.01)
 
 
-def test_extension_is_that_of_published_denim_once_its_crimp_is_short() -> None:
-    # The table's denim takes the simulation's own limit, which is kinder to long steps, and stretches four times as far
-    # at 500 gf/cm as denim does. With a crimp of 1.5 % and 20 times the stiffness beyond, it is denim.
-    published = load_fabrics()["denim"].published.extension
-    assert published is not None
+@pytest.mark.parametrize("name", NAMES)
+def test_extension_is_that_of_published_cloth(name: str) -> None:
+    published = load_fabrics()[name].published.extension
+    if published is None:
+        pytest.skip("none is published")
+    fabric = named_fabric(name)
+    assert published[0] < extension(fabric, KAWABATA_LOAD, threads=1) < published[1]
+    # It is the crimp's end that holds it: without, it would stretch by a third.
+    assert extension(replace(fabric, stretch_limit=1.0), KAWABATA_LOAD, threads=1) > 3 * published[1]
+
+
+def test_elastics_do_not_stiffen() -> None:
+    # Denim gathered on an elastic of half its length: put on, the elastic is as far beyond its rest as the cloth is
+    # long, and pulls with k e; stiffened it would pull almost twenty times as hard.
+    vertices, faces, _ = strip(0.1, 0.04, 0.01, clamp=0)
     denim = named_fabric("denim")
-    assert extension(denim, KAWABATA_LOAD, threads=1) > 3 * published[1]
-    assert (
-        published[0]
-        < extension(replace(denim, stretch_limit=0.015, stiffening=20.0), KAWABATA_LOAD, threads=1)
-        < published[1]
-    )
+    edges = unique_edges(faces)[0]
+    elastic = (vertices[edges, 0] < 1e-9).all(1)
+    cloth = replace(garment(vertices, faces, denim), rest_scale=np.where(elastic, 0.5, 1.0))
+    s = stepper(scene(cloth, start=vertices), self_collision=False, precision="f64", gravity=0.0)
+    s.x_bar[:] = s.x
+    s._assemble(s.x, 1 / 100)
+    pull = np.linalg.norm(s.pull, axis=1)
+    p = s.springs
+    np.testing.assert_allclose(pull[elastic], (p.stiffness * 0.5 * p.length)[elastic], rtol=0.02)
+    assert (p.stiffening[~elastic] == denim.stiffening).all()
