@@ -117,6 +117,11 @@ def bending_rows(
     return rows, np.bincount(inverse, np.concatenate(values), minlength=len(rows))
 
 
+def bending_length(rigidity: np.ndarray, density: np.ndarray) -> np.ndarray:
+    """Bending length c = (B / w)^(1/3) [m] of fabrics of `rigidity` [N m] and `density` [kg/m^2]."""
+    return np.cbrt(rigidity / (density * GRAVITY))
+
+
 def _evenness(c: np.ndarray, corners: np.ndarray, area: np.ndarray) -> np.ndarray:
     """Factor (H,) with which hinges of any shape hold what a third of their area does, of cylinders in all directions.
 
@@ -203,8 +208,7 @@ class Springs:
         # An elastic gives way as far as it is pulled: it is not its crimp that is pulled straight.
         self.stiffening = np.where(self.rest_scale < 1.0, 1.0, mean(stiffening))
         self.start, self.neighbour, self.spring = gather_lists(edges, n)
-        bending_length = np.cbrt(bend_stiffness / (density * GRAVITY))
-        self.set_bending(*bending_rows(vertices, faces, bend_stiffness, bending_length))
+        self.set_bending(*bending_rows(vertices, faces, bend_stiffness, bending_length(bend_stiffness, density)))
         self.bend_damping = np.ascontiguousarray(damping, np.float64)
         self.degenerate_faces = int((areas <= 0).sum())
 

@@ -32,8 +32,6 @@ LIMIT = 12 * 3600.0
 QUALITIES = (7, 14, 28)
 """Blender's steps a frame; each compared with FINEST_QUALITY."""
 FINEST_QUALITY = 112
-CLOTH3D = "Blender, 14 steps"
-"""What the paper ran, at the least."""
 
 COLUMNS = {
     "point": "settings",
@@ -136,25 +134,7 @@ def _scene(name: str, points: Sequence[str], work: Work, blender: Blender | None
         qualities = QUALITIES[:2] if quick else (*QUALITIES, FINEST_QUALITY)
         theirs = [_blenders(name, quality, work, blender) for quality in qualities]
         _compare(theirs, theirs[-1]["point"], "")
-    scene = {"title": SCENES[name].title, "yardstick": yardstick, "points": ours, "blender": theirs}
-    return {**scene, "at_blenders_error": at_error(ours, theirs)}
-
-
-def at_error(ours: Sequence[dict[str, Any]], theirs: Sequence[dict[str, Any]]) -> dict[str, Any] | None:
-    """Our fastest point whose errors are no greater than those of Blender's 14 steps; None if there is no such pair."""
-    target = next((row for row in theirs if row["point"] == CLOTH3D and "error_0.5s_mm" in row), None)
-    if target is None:
-        return None
-    keys = [key for key in ("error_0.5s_mm", "error_1s_mm") if key in target]
-    good = [row for row in ours if all(row.get(key, np.inf) <= target[key] for key in keys)]
-    if not good:
-        return None
-    best = min(good, key=lambda row: float(row["wall_s_per_simulated_s"]))
-    return {
-        "point": best["point"],
-        "faster": target["wall_s_per_simulated_s"] / best["wall_s_per_simulated_s"],
-        **{key: [best[key], target[key]] for key in keys},
-    }
+    return {"title": SCENES[name].title, "yardstick": yardstick, "points": ours, "blender": theirs}
 
 
 def _ours(name: str, point: str, work: Work) -> dict[str, Any]:
@@ -224,9 +204,6 @@ def publish(scenes: dict[str, dict[str, Any]], about: dict[str, Any], folder: Pa
             point = bold if "fault" not in row else f"{bold}: {row['fault']}"
             rows.append({**row, **row.get("relative", {}), "point": point})
         text += f"\n## {name}: {scene['title'].removeprefix(f'{name}: ')}\n\n{tables.table(COLUMNS, rows)}\n"
-        best = scene["at_blenders_error"]
-        if best:
-            text += f"\nAt no more error than {CLOTH3D}, `{best['point']}` is {best['faster']:.1f} times faster.\n"
     tables.write("curve", {"made": about, "scenes": scenes}, text, folder)
     plot(scenes, LEVELS, folder / "curve.png")
 

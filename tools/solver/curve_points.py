@@ -67,12 +67,12 @@ BRISK = SimulateConfig(settle_frames=0, shape_speed=1.0, pose_speed=3.0)
 
 
 def _worn(gender: str, outfit: str, betas: tuple[float, ...], motion: str, start: int) -> Callable[[], Scene]:
-    return partial(person, gender, outfit, betas, motion=motion, start=start, frames=30, edge=0.014, config=BRISK)
+    return partial(person, gender, outfit, betas, motion=motion, start=start, frames=20, edge=0.02, config=BRISK)
 
 
 SCENES = {
     "A": CurveScene(title="A: tube dress on a walker", file="A.npz", frames=36),
-    "A-free": CurveScene(title="A without the body", file="A.npz", body=False, frames=36, half_step=True),
+    "A-free": CurveScene(title="A without the body", file="A.npz", body=False, frames=36),
     "C": CurveScene(title="C: sheet dropped on a ball", file="C.npz", frames=36),
     "B64": CurveScene(title="B64: sheet hung from two corners", file="B64.npz", frames=36, half_step=True),
     "shirt": CurveScene(

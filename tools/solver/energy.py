@@ -8,7 +8,7 @@ import numpy as np
 
 from stages.simulate.scene import Scene
 from stages.simulate.solve import joined, per_vertex
-from stages.simulate.springs import Springs, bending_rows
+from stages.simulate.springs import Springs, bending_length, bending_rows
 
 
 @dataclass(frozen=True)
@@ -41,7 +41,9 @@ class EnergyMeter:
     def __init__(self, scene: Scene, springs: Springs, gravity: float) -> None:
         vertices, faces, _, _ = joined(scene)
         self.springs, self.gravity = springs, gravity
-        self.rows, self.bend = bending_rows(vertices, faces, per_vertex(scene, "bend_stiffness"))
+        rigidity = per_vertex(scene, "bend_stiffness")
+        length = bending_length(rigidity, per_vertex(scene, "density"))
+        self.rows, self.bend = bending_rows(vertices, faces, rigidity, length)
 
     def __call__(self, x: np.ndarray, v: np.ndarray) -> Energy:
         """Energy at positions x [m] and velocities v [m/s], shape [N, 3]."""

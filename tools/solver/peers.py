@@ -123,7 +123,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser.add_argument("--scenes", default=",".join(SCENES), help="scenes of that folder")
     parser.add_argument("--runs", type=int, default=3, help="rounds")
     parser.add_argument("--frames", type=int, default=0, help="frames of every scene, the start counted; 0 for all")
-    parser.add_argument("--no-self-errors", action="store_true", help="leave out the references, which take longest")
+    parser.add_argument(
+        "--errors", default="A,C", help="scenes to solve references of, for own errors; they take longest"
+    )
     parser.add_argument("--references", action="store_true", help="only solve the references, to have them kept")
     parser.add_argument("--work", type=Path, default=ROOT / "build" / "peers", help="folder of the trajectories")
     parser.add_argument("--out", type=Path, default=tables.DOCS, help="folder of the table")
@@ -132,14 +134,15 @@ def main(arguments: Sequence[str] | None = None) -> int:
     if bench.blender.missing:
         parser.error(bench.blender.missing)
     names = given.scenes.split(",")
+    erring = [name for name in given.errors.split(",") if name in names]
     absent = [name for name in names if not (bench.blender.folder / "scenes" / f"{name}.npz").exists()]
     if absent:
         parser.error(f"{bench.blender.folder / 'scenes'} holds no {absent[0]}.npz")
     bench.work.mkdir(parents=True, exist_ok=True)
     if given.references:
-        return 1 if any(ended.fault for name in names for _, ended in references(bench, name)) else 0
+        return 1 if any(ended.fault for name in erring for _, ended in references(bench, name)) else 0
     about = {**tables.made(), "runs": given.runs, "frames": given.frames}
-    rows = [row for name in names for row in measure(bench, name, given.runs, not given.no_self_errors)]
+    rows = [row for name in names for row in measure(bench, name, given.runs, name in erring)]
     publish(rows, about, given.out)
     return 1 if any(row.get("fault") for row in rows) else 0
 
