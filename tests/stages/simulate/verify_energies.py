@@ -160,16 +160,12 @@ def test_bending_energy_of_a_cylinder(edge: float) -> None:
     # Rolled to radius R a sheet holds E = B A / (2 R^2), whatever its mesh; away from its free borders.
     count, radius, rigidity = round(0.4 / edge) + 1, 0.2, 3e-5
     flat, faces = sheet(count, count, edge)
-    names = ("density", "stretch_stiffness", "stretch_limit", "stiffening", "damping")
-    p = Springs(
-        flat, faces, bend_stiffness=np.full(len(flat), rigidity),
-        **{n: np.full(len(flat), getattr(PLAIN, n)) for n in names},
-    )  # fmt: skip
+    pairs, q = bending_rows(flat, faces, np.full(len(flat), rigidity))
     angle = flat[:, 0] / radius
     x = np.stack([radius * np.sin(angle), flat[:, 1], radius * (1 - np.cos(angle))], axis=1)
 
     def energy(at: np.ndarray) -> float:
-        return -sum(0.5 * q * float(((at[a] - at[b]) ** 2).sum()) for q, (a, b), _ in _bending(p))
+        return float(-0.5 * (q * ((at[pairs[:, 0]] - at[pairs[:, 1]]) ** 2).sum(1)).sum())
 
     assert abs(energy(flat)) < 1e-12
     exact = 0.5 * rigidity * face_areas(flat, faces).sum() / radius**2
