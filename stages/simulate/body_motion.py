@@ -25,26 +25,49 @@ class BodyMotion:
         faces: Shape [F, 3]; across [F, 3] is the face beyond the edge opposite to each corner, itself at a border.
         start [V + 1], incident [3 F]: Corners about each vertex.
         face_normal, centre [F, 3], radius [F]: Of the triangles at that time.
-        patches: The cut of the surface into small patches, by which `faces` are ordered.
+        patch_start [P + 1]: Where each patch begins in `faces`, which are cut into small patches.
+        whole: All faces of the body, closed, shape [G, 3], of which `faces` are the first; whole_start: its patches'.
+        followed: The patches in `faces`, in turn; watched: those left out, as cloth isn't expected to reach them.
     """
 
-    def __init__(self, faces: np.ndarray, frames: Frames, count: int, fps: float) -> None:
-        self.faces = np.ascontiguousarray(faces, np.int32)
+    def __init__(
+        self, faces: np.ndarray, frames: Frames, count: int, fps: float, left_out: np.ndarray | None = None
+    ) -> None:
+        """Cut the surface into patches, and leave out those of `left_out` [P] (bool), until `take_in`."""
+        faces = np.ascontiguousarray(faces, np.int32)
         self.frames, self.count, self.fps = frames, count, float(fps)
         first = np.asarray(frames(0), np.float64)
-        if len(self.faces) and self.faces.max() >= len(first):
-            raise DataError(f"body: a face names vertex {self.faces.max()}, but there are {len(first)} vertices")
-        if len(self.faces):
-            self.patches = Patches(first, self.faces)
-            self.faces = self.patches.faces
-        self.across = _faces_across(self.faces)
-        self.start, self.incident = incident_corners(self.faces, len(first))
+        if len(faces) and faces.max() >= len(first):
+            raise DataError(f"body: a face names vertex {faces.max()}, but there are {len(first)} vertices")
         self.x, self.x_old = first.copy(), first.copy()
-        self.face_normal, self.centre = np.zeros((len(self.faces), 3)), np.zeros((len(self.faces), 3))
-        self.radius = np.zeros(len(self.faces))
         self.time = np.nan
         self._cache: dict[int, np.ndarray] = {}
+        self._cut = Patches(first, faces) if len(faces) else None
+        count = 0 if self._cut is None else len(self._cut.layer)
+        out = np.zeros(count, bool) if left_out is None else left_out
+        self.watched = np.flatnonzero(out)
+        self._follow(np.flatnonzero(~out))
+
+    def _follow(self, patches: np.ndarray) -> None:
+        """Let `faces` be those of these patches, one after the other; the rest come last in `whole`."""
+        self.followed, whole, start = patches, np.zeros((0, 3), np.int32), np.zeros(1, np.int64)
+        if self._cut is not None:
+            cut, order = self._cut, np.concatenate([patches, self.watched])
+            whole = np.concatenate([cut.faces[cut.start[p] : cut.start[p + 1]] for p in order])
+            start = np.concatenate([start, np.cumsum(np.diff(cut.start)[order])])
+        self.whole, self.whole_start = whole, start.astype(np.int32)
+        self.patch_start = self.whole_start[: len(patches) + 1].copy()
+        self.faces = whole[: self.patch_start[-1]].copy()
+        self.across = _faces_across(self.faces)
+        self.start, self.incident = incident_corners(self.faces, len(self.x))
+        self.face_normal, self.centre = np.zeros((len(self.faces), 3)), np.zeros((len(self.faces), 3))
+        self.radius = np.zeros(len(self.faces))
         self.refresh()
+
+    def take_in(self, patches: np.ndarray) -> None:
+        """Follow these of the `watched` patches too from now on; faces that were there keep their numbers."""
+        self.watched = np.setdiff1d(self.watched, patches)
+        self._follow(np.concatenate([self.followed, patches]))
 
     def frame(self, k: int) -> np.ndarray:
         """Vertices of frame k, clamped to the sequence, f64; the last few frames are kept."""

@@ -14,6 +14,7 @@ LEVELS: dict[str, dict[str, Any]] = {
         "linear_iterations": 200,
         "precision": "f32",
         "pair_every": 4,
+        "calm": 2.0,
     },
     "standard": {
         "dt": 1 / 120,
@@ -23,6 +24,7 @@ LEVELS: dict[str, dict[str, Any]] = {
         "linear_iterations": 400,
         "precision": "f32",
         "pair_every": 4,
+        "calm": 2.0,
     },
     "fine": {
         "dt": 1 / 240,
@@ -41,6 +43,7 @@ LEVELS: dict[str, dict[str, Any]] = {
         "linear_iterations": 2000,
         "precision": "f64",
         "pair_every": 1,
+        "calm": 1.0,
     },
 }
 """What each level of accuracy sets, unless the recipe sets it itself."""
@@ -58,7 +61,12 @@ class SimulateConfig:
     accuracy: str = field(default="standard", metadata={"choices": tuple(LEVELS)})
     """A point on the measured curve of error against time; sets those of the next knobs that aren't given."""
     dt: float = by_level(gt=0.0, le=1 / 30)
-    """Longest time step [s]; a step is shortened where the motion is fast, and halved where it fails."""
+    """Longest time step [s] where things move; it is shortened where they move fast, and halved where it fails."""
+    calm: float = by_level(ge=1.0, le=2.0)
+    """How many times longer than `dt` a step may be in the transition, and where body and cloth hardly move."""
+    plan: str = field(default="scene", metadata={"choices": ("scene", "everything")})
+    """Whether what the scene doesn't need is left out, or all skin, pairs in every step and the shortest step of all
+    frames are used throughout."""
     shortest_dt: float = field(default=1 / 16000, metadata={"gt": 0.0, "le": 1 / 240})
     """Floor of the step [s]: a step that still fails there ends the task."""
     integrator: str = field(default="bdf2", metadata={"choices": ("bdf2", "euler")})

@@ -60,14 +60,13 @@ class BodyContact:
         self.active, self.pinched = np.ones(n, np.int32), np.ones(n, np.int32)
         self.patches = patches
         own = len(patches.layer)
-        self.box, self.group_box = np.zeros((own, 6)), np.zeros(((own + GROUP - 1) // GROUP, 6))
-        self.met_count, self.met, self.met_until = np.zeros(own, np.int32), np.zeros((own, 32), np.int32), -1.0
+        self.box, self.group_box = np.zeros((own, 6)), np.zeros((_groups(own), 6))
+        self.met_count, self.met = np.zeros(own, np.int32), np.zeros((own, 32), np.int32)
         self.near_count, self.near = np.zeros(own, np.int32), np.zeros((own, 32), np.int32)
         self.ahead, self.body_ahead = np.zeros((n, 3)), np.zeros_like(body.x)
-        if len(body.faces):
-            other = len(body.patches.layer)
-            self.body_step_box = np.zeros((other, 6))
-            self.body_box, self.body_group_box = np.zeros((other, 6)), np.zeros(((other + GROUP - 1) // GROUP, 6))
+        all_patches = len(body.whole_start) - 1
+        self.whole_box, self.whole_group_box = np.zeros((all_patches, 6)), np.zeros((_groups(all_patches), 6))
+        self.fit_body()
         self.count, self.found = np.zeros(n, np.int32), np.zeros((n, 32), np.int32)
         self.face, self.face2 = np.full(n, -1, np.int32), np.full(n, -1, np.int32)
         self.bary, self.normal, self.normal2 = np.zeros((n, 3)), np.zeros((n, 3)), np.zeros((n, 3))
@@ -82,6 +81,13 @@ class BodyContact:
         self.deepest_vertex = 0
         self.deepest, self.moved = np.zeros(BLOCKS), np.zeros(BLOCKS, np.int32)
 
+    def fit_body(self) -> None:
+        """Room for the patches that the body has now; what they meet is looked up anew."""
+        other = len(self.body.patch_start) - 1
+        self.body_step_box, self.body_box = np.zeros((other, 6)), np.zeros((other, 6))
+        self.body_group_box = np.zeros((_groups(other), 6))
+        self.met_until = -1.0
+
     def search(self, x: np.ndarray, v: np.ndarray, dt: float, guess: np.ndarray, furthest: float) -> None:
         """List the triangles near each vertex of `guess`, which a step of `dt` [s] from x at velocity v leads to.
 
@@ -93,8 +99,7 @@ class BodyContact:
             return
         if b.time > self.met_until + 1e-9:
             self._meet(x, v, b.time - dt, self.MEET_STEPS * dt)
-        p = b.patches
-        bound_patches(b.x_old, b.x, b.faces, p.start, self.body_step_box, self.body_group_box)
+        bound_patches(b.x_old, b.x, b.faces, b.patch_start, self.body_step_box, self.body_group_box)
         own = self.patches
         keep_meeting(
             guess, own.faces, own.start, self.body_step_box, furthest,
@@ -103,7 +108,7 @@ class BodyContact:
         while True:
             find_candidates(
                 guess, v, b.x, b.x_old, b.faces, b.centre, b.radius, self.margin + self.SPARE, furthest, dt,
-                self.patches.of_vertex, p.start, self.body_step_box, self.near_count, self.near, self.count, self.found,
+                own.of_vertex, b.patch_start, self.body_step_box, self.near_count, self.near, self.count, self.found,
             )  # fmt: skip
             found, self.found = self.found, widened(self.found, self.count)
             if found is self.found:
@@ -111,14 +116,14 @@ class BodyContact:
 
     def _meet(self, x: np.ndarray, v: np.ndarray, time: float, horizon: float) -> None:
         """Which patches of the body each patch of cloth can meet from `time` [s] on for `horizon` [s]."""
-        b, own, other = self.body, self.patches, self.body.patches
+        b, own = self.body, self.patches
         drift = v.mean(0)
         np.multiply(v - drift, 1.25 * horizon, out=self.ahead)
         self.ahead += x
         bound_patches(x, self.ahead, own.faces, own.start, self.box, self.group_box)
         b.place(time + horizon, self.body_ahead)
         self.body_ahead -= horizon * drift
-        bound_patches(b.x_old, self.body_ahead, b.faces, other.start, self.body_box, self.body_group_box)
+        bound_patches(b.x_old, self.body_ahead, b.faces, b.patch_start, self.body_box, self.body_group_box)
         # What the velocity at the start doesn't tell: contact and gravity may speed the cloth up meanwhile.
         reach = self.margin + self.SPARE + self.SURPRISE
         while True:
@@ -257,7 +262,8 @@ class BodyContact:
         # The winding number counts how many times the skin encloses a point, overlapping or not.
         winding = np.zeros(len(near), np.int32)
         b = self.body
-        count_windings(np.ascontiguousarray(x[near]), b.x, b.faces, b.patches.start, self.body_step_box, winding)
+        bound_patches(b.x, b.x, b.whole, b.whole_start, self.whole_box, self.whole_group_box)
+        count_windings(np.ascontiguousarray(x[near]), b.x, b.whole, b.whole_start, self.whole_box, winding)
         hidden = near[winding > 0]
         self.pinched[hidden] = 1
         edges = self.patches.edges
@@ -304,3 +310,8 @@ class BodyContact:
         self.tie_offset[vertices] = np.maximum(np.sqrt(squared), self.margin)
         self.tie_stiffness[vertices] = stiffness
         self.has_ties = True
+
+
+def _groups(patches: int) -> int:
+    """How many boxes hold GROUP patches each."""
+    return (patches + GROUP - 1) // GROUP

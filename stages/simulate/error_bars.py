@@ -22,6 +22,7 @@ import numpy as np
 
 from stages.simulate.config import SimulateConfig
 from stages.simulate.finer import Finer, cut_in_four
+from stages.simulate.plan import make_plan
 from stages.simulate.scene import Scene
 from stages.simulate.snapshot import Snapshot, restore, take
 from stages.simulate.solve import Solution, advance_frame, ease_in, make_stepper, presentable, solve
@@ -133,8 +134,7 @@ def simulate_again(
         config: The knobs of the sequence.
         share: Length of a step over that in the sequence.
     """
-    stepper = make_stepper(scene, config)
-    stepper.first_frame = scene.record
+    stepper = make_stepper(scene, config, make_plan(scene, config))
     drag = stepper.drag.copy()
 
     def follow(state: Snapshot, start: int) -> Iterator[np.ndarray]:

@@ -57,6 +57,7 @@ def _solve(file: SceneFile, fabric: Fabric, config: SimulateConfig, out: Path) -
         "setup_s": round(report.seconds["set-up"], 3),
         **counts(report),
         "peak_memory_mb": peak_memory_mb(),
+        "plan": solution.plan,
         "seconds": {part: round(spent, 3) for part, spent in report.seconds.items()},
     }
     print(json.dumps(line))

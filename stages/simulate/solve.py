@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 from time import perf_counter
+from typing import Any
 
 import igl
 import numpy as np
@@ -15,10 +16,12 @@ from stages.simulate.config import SimulateConfig
 from stages.simulate.contact import BodyContact
 from stages.simulate.pairs import PairContact
 from stages.simulate.patches import Patches
+from stages.simulate.plan import Plan, make_plan
 from stages.simulate.runtime import start_taichi
 from stages.simulate.scene import Scene
 from stages.simulate.springs import Springs
 from stages.simulate.stepper import Report, Stepper
+from stages.simulate.watch import EVERY, Watch
 from stages.spec import DataError
 
 
@@ -30,11 +33,13 @@ class Solution:
         x: Positions [m] of the recorded frames, shape [T, N, 3], float64.
         report: Counts and timings of the run.
         springs: The springs, whose rest lengths tell the strain.
+        plan: What was left out and why, and what had to be turned on after all, as JSON values.
     """
 
     x: np.ndarray
     report: Report
     springs: Springs
+    plan: dict[str, Any]
 
 
 def per_vertex(scene: Scene, constant: str) -> np.ndarray:
@@ -72,9 +77,9 @@ def refuse_inside(scene: Scene, body: BodyMotion, deepest: float) -> None:
     Raises:
         DataError: Naming the deepest vertex, its depth and the limit `deepest` [m].
     """
-    if not len(body.faces):
+    if not len(body.whole):
         return
-    faces, start = body.faces.astype(np.int64), np.ascontiguousarray(scene.start, np.float64)
+    faces, start = body.whole.astype(np.int64), np.ascontiguousarray(scene.start, np.float64)
     inside = np.flatnonzero(igl.fast_winding_number(body.x, faces, start) > 0.5)
     if not len(inside):
         return
@@ -127,12 +132,13 @@ def firm_area(springs: Springs, pressure: float) -> np.ndarray:
     return np.maximum(springs.area, FIRM * pull / pressure)
 
 
-def make_stepper(scene: Scene, config: SimulateConfig) -> Stepper:
-    """A stepper at the start of `scene`."""
+def make_stepper(scene: Scene, config: SimulateConfig, plan: Plan | None = None) -> Stepper:
+    """A stepper at the start of `scene`; `advance_frame` keeps to the `plan`, if there is one."""
     scene.check()
     start_taichi(config.threads or None)
     springs = make_springs(scene)
-    body = BodyMotion(scene.body_faces, scene.body, scene.body_frames, scene.fps)
+    left_out = None if plan is None else plan.left_out
+    body = BodyMotion(scene.body_faces, scene.body, scene.body_frames, scene.fps, left_out)
     refuse_inside(scene, body, config.deepest_start)
     vertices, faces, _, layer = joined(scene)
     patches = Patches(vertices, faces, springs.edges, layer)
@@ -172,7 +178,7 @@ def make_stepper(scene: Scene, config: SimulateConfig) -> Stepper:
             untangle=config.untangle,
             stiffness=config.contact_stiffness,
             damping=config.pair_damping,
-            every=config.pair_every,
+            every=config.pair_every if plan is None else plan.pair_every,
             dtype=np.float32 if config.precision == "f32" else np.float64,
         )
         refuse_tangled(pairs, np.array(scene.start, np.float64))
@@ -188,26 +194,27 @@ def make_stepper(scene: Scene, config: SimulateConfig) -> Stepper:
         wind=scene.wind,
     )
     stepper.v[:] = scene.velocity
+    stepper.first_frame = scene.record
+    if plan is not None:
+        stepper.watch = Watch(plan, springs)
     return stepper
 
 
-def fastest_pass(stepper: Stepper, frame: int) -> float:
+def fastest_pass(stepper: Stepper, frame: int, cloth: cKDTree) -> float:
     """Greatest speed [m/s] at which skin that can reach the cloth during `frame` moves into it.
 
     Speed along the skin counts a third: it takes cloth round corners. Body vertices too far away to get to any cloth,
-    however fast they are, don't count.
+    however fast they are, don't count. `cloth` holds every EVERY-th vertex.
     """
     body = stepper.contact.body
-    if not len(body.faces):
-        return 0.0
     # Neighbours move alike: a part of the vertices tells, if what lies between them is allowed for.
     before, a, b, after = (body.frame(k)[::8] for k in range(frame - 2, frame + 2))
-    distance, nearest = cKDTree(stepper.x[::4]).query(a, workers=1)
-    way = (stepper.x[::4][nearest] - a) / np.maximum(distance, 1e-9)[:, None]
+    distance, nearest = cloth.query(a, workers=1)
+    way = (stepper.x[::EVERY][nearest] - a) / np.maximum(distance, 1e-9)[:, None]
     # The body's motion is the cubic that has these slopes at its ends.
     fastest = 0.0
     for slope in (b - a, 0.5 * (b - before), 0.5 * (after - a)):
-        velocity = slope * body.fps - stepper.v[::4][nearest]
+        velocity = slope * body.fps - stepper.v[::EVERY][nearest]
         speed = np.linalg.norm(velocity, axis=1)
         near = distance < speed / body.fps + 4 * stepper.config.travel + BETWEEN
         into = np.maximum((velocity * way).sum(1), speed / 3)
@@ -248,12 +255,20 @@ def presentable(stepper: Stepper) -> np.ndarray:
 
 def advance_frame(stepper: Stepper, frame: int, share: float = 1.0) -> None:
     """Go on to `frame`, in steps that are `share` of those that its motion needs."""
-    clock = perf_counter()
-    # Twice the speed at the frame's start: cloth that falls onto a body speeds up within the frame.
-    stepper.fastest = 2 * fastest_pass(stepper, frame)
-    dt = min(stepper.config.dt, 2 * stepper.config.travel / max(stepper.fastest, 1e-9))
+    clock, watch, steps = perf_counter(), stepper.watch, stepper.report.steps
+    stepper.fastest = 0.0
+    if len(stepper.contact.body.whole):
+        cloth = cKDTree(stepper.x[::EVERY])
+        if watch is not None:
+            watch.look(stepper, frame, cloth)
+        # Twice the speed at the frame's start: cloth that falls onto a body speeds up within the frame.
+        stepper.fastest = 2 * fastest_pass(stepper, frame, cloth)
+    longest = stepper.config.dt if watch is None else watch.longest(stepper, frame)
+    dt = min(longest, 2 * stepper.config.travel / max(stepper.fastest, 1e-9))
     stepper.report.clock("step size", clock)
     stepper.advance_to(frame / stepper.contact.body.fps, share * dt)
+    if watch is not None:
+        watch.steps[frame] = stepper.report.steps - steps
 
 
 def solve(
@@ -261,6 +276,7 @@ def solve(
     config: SimulateConfig,
     progress: Callable[[int, int], None] | None = None,
     observe: Callable[[int, Stepper], None] | None = None,
+    plan: Plan | None = None,
 ) -> Solution:
     """Simulate `scene`.
 
@@ -269,15 +285,23 @@ def solve(
         config: The knobs.
         progress: Told (done, total) after every frame.
         observe: Shown (frame, stepper) at frame 0 and after every frame; may look, but not touch.
+        plan: What to leave out; made for the scene if not given.
 
     Raises:
         DataError: If the scene can't be simulated, or a step fails at the floor of the step size.
     """
+    scene.check()
     clock = perf_counter()
-    stepper = make_stepper(scene, config)
+    start_taichi(config.threads or None)
+    plan = make_plan(scene, config) if plan is None else plan
+    planned = perf_counter() - clock
+    clock = perf_counter()
+    stepper = make_stepper(scene, config, plan)
     stepper.report.clock("set-up", clock)
+    stepper.report.seconds["plan"] = planned
+    watch = stepper.watch
+    assert watch is not None
     recorded = [stepper.x.copy()] if scene.record == 0 else []
-    stepper.first_frame = scene.record
     drag = stepper.drag.copy()
     if observe is not None:
         observe(0, stepper)
@@ -291,4 +315,4 @@ def solve(
             observe(frame, stepper)
         if progress is not None:
             progress(frame, scene.frames)
-    return Solution(np.stack(recorded), stepper.report, stepper.springs)
+    return Solution(np.stack(recorded), stepper.report, stepper.springs, watch.record())

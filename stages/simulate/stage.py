@@ -63,7 +63,7 @@ def run(task: Task, progress: Progress) -> dict[str, Any]:
     arrays = bars.arrays() | {f"garments/{g.name}/faces": g.faces for g in garments}
     for name, x in split(solution.x, garments, trans).items():
         arrays[f"garments/{name}/vertices"] = x
-    attrs = {"fps": fps, "garments": about, "layers": outfit.attrs["layers"], "quality": quality}
+    attrs = {"fps": fps, "garments": about, "layers": outfit.attrs["layers"], "quality": quality, "plan": solution.plan}
     publish(Path(task.output), SPEC.schema, task.key, arrays, attrs)
     spent = report.seconds | {f"error bars, {kind}": value for kind, value in bars.seconds.items()}
     seconds = {part: round(value, 2) for part, value in spent.items()}

@@ -16,6 +16,7 @@ from stages.simulate.multilevel import Multilevel
 from stages.simulate.pairs import PairContact
 from stages.simulate.pcg import Pcg, conjugate_gradients
 from stages.simulate.springs import Springs
+from stages.simulate.watch import Watch
 from stages.spec import DataError
 
 
@@ -56,6 +57,7 @@ class Stepper:
         x, v: Positions [m] and velocities [m/s], shape [N, 3], at `time` [s].
         fastest: Bound on the speed of skin past cloth near it [m/s], which sets how far contact is looked for.
         first_frame: Frame of the body that counts as 0 in messages.
+        watch: The plan in force; None does without.
     """
 
     LONGEST_MOVE = 0.03
@@ -91,6 +93,7 @@ class Stepper:
         self.time, self.last_dt = 0.0, 0.0
         self.fastest = np.inf
         self.first_frame = 0
+        self.watch: Watch | None = None
         self.x, self.v = np.array(x, np.float64), np.zeros((n, 3))
         self.x_old, self.v_old = self.x.copy(), self.v.copy()
         self.x_bar, self.y, self.guess, self.trial = (np.zeros((n, 3)) for _ in range(4))
