@@ -10,7 +10,7 @@ STAGES := body outfit simulate register encode train report
 RUN := $(BIN)/python -m pipeline run "$(RECIPE)" $(if $(MOTION),--motion "$(MOTION)") $(if $(FRAMES),--frames $(FRAMES)) $(if $(JOBS),--jobs $(JOBS))
 
 .DEFAULT_GOAL := help
-.PHONY: help env demo test status peers curve extremes sequences $(STAGES)
+.PHONY: help env demo test status peers curve extremes plan sequences $(STAGES)
 
 help:
 	@echo "make demo                   set up, then make the demo: people, clothes, motion, models, report"
@@ -19,6 +19,7 @@ help:
 	@echo "make STAGE RECIPE=FILE      run a recipe up to a stage: $(STAGES)"
 	@echo "make status RECIPE=FILE     show what is done"
 	@echo "make extremes               the solver at the extremes: docs/solver/extremes.md"
+	@echo "make plan                   what leaving out gains, scene by scene: docs/solver/plan.md; ARGS=--quick"
 	@echo "make curve PEERS=FOLDER     its error against time, Blender's beside it: docs/solver/curve.md; ARGS=--quick"
 	@echo "make peers PEERS=FOLDER     it and Blender in turn on common scenes: docs/solver/peers.md; RUNS=3, ARGS='--scenes A'"
 	@echo "make sequences MOTION=DIR   20 people in the folder's clips, made and judged: docs/solver/sequences.md; ARGS='--count 2'"
@@ -61,6 +62,9 @@ sequences: env
 
 curve: env
 	@$(BIN)/python -m tools.solver.curve --peers "$(PEERS)" $(ARGS)
+
+plan: env
+	@$(BIN)/python -m tools.solver.plan --peers "$(PEERS)" $(ARGS)
 
 peers: env .peers/.installed
 	@$(BIN)/python -m tools.solver.peers --peers "$(PEERS)" --runs $(RUNS) $(ARGS)

@@ -263,7 +263,7 @@ def advance_frame(stepper: Stepper, frame: int, share: float = 1.0) -> None:
             watch.look(stepper, frame, cloth)
         # Twice the speed at the frame's start: cloth that falls onto a body speeds up within the frame.
         stepper.fastest = 2 * fastest_pass(stepper, frame, cloth)
-    longest = stepper.config.dt if watch is None else watch.longest(stepper, frame)
+    longest = stepper.config.dt if watch is None else watch.longest(stepper, frame, share)
     dt = min(longest, 2 * stepper.config.travel / max(stepper.fastest, 1e-9))
     stepper.report.clock("step size", clock)
     stepper.advance_to(frame / stepper.contact.body.fps, share * dt)

@@ -45,14 +45,14 @@ class Watch:
         taken = [self.steps[k] for k in sorted(self.steps)]
         return {**made, "steps": {**made["steps"], "taken": taken}, "events": self.events}
 
-    def longest(self, stepper: Stepper, frame: int) -> float:
+    def longest(self, stepper: Stepper, frame: int, share: float) -> float:
         """Longest step for `frame` [s]: as planned, unless the cloth itself moves faster than its body says.
 
         Its speed is the greater of what it is and of how much it changes in a frame: cloth that swings stands still
         where it turns. Beyond the level's, steps grow by GROWTH from frame to frame: the first one of a run, and any
-        that is longer than twice the one before, are of first order.
+        that is longer than twice the one before, are of first order. Steps made are `share` of it.
         """
-        dt = min(float(self.plan.dt[frame]), max(stepper.config.dt, GROWTH * stepper.last_dt))
+        dt = min(float(self.plan.dt[frame]), max(stepper.config.dt, GROWTH * stepper.last_dt / share))
         if not self.plan.calm[frame] or dt <= stepper.config.dt:
             return dt
         change = (stepper.v - stepper.v_old) / (stepper.last_dt * stepper.contact.body.fps)

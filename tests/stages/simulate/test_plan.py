@@ -127,7 +127,7 @@ def test_steps_are_longer_where_little_moves_and_shorter_where_much_does() -> No
     shortest, of_all = planned(one, ())
     assert (shortest.steps == plan.steps.max()).all() and min(of_all.plan["steps"]["taken"]) == plan.steps.max()
     apart = np.sqrt(((chosen.x - of_all.x) ** 2).sum(2).mean(1))
-    assert 0 < apart.max() < 3e-3, "level's step alone: 2.5 mm"
+    assert 0 < apart.max() < 5e-3, "everything is 4 mm from its limit itself, where the ball hits the sheet"
 
 
 def test_cloth_that_moves_by_itself_forbids_the_longer_step() -> None:
