@@ -13,6 +13,9 @@ from stages.spec import DataError
 Frames = Callable[[int], np.ndarray]
 """Body vertices [m], shape [V, 3], of frame k."""
 
+SOME = 8
+"""One in so many vertices tells how fast skin goes past cloth: neighbours move alike."""
+
 
 class BodyMotion:
     """A triangle mesh that moves through given frames, its velocity continuous.
@@ -24,6 +27,7 @@ class BodyMotion:
         x: Vertices [m] at `time` [s], the last asked for, shape [V, 3]; x_old those a step before.
         faces: Shape [F, 3]; across [F, 3] is the face beyond the edge opposite to each corner, itself at a border.
         start [V + 1], incident [3 F]: Corners about each vertex.
+        followed_vertices: One in SOME of the vertices of `faces`.
         face_normal, centre [F, 3], radius [F]: Of the triangles at that time.
         patch_start [P + 1]: Where each patch begins in `faces`, which are cut into small patches.
         whole: All faces of the body, closed, shape [G, 3], of which `faces` are the first; whole_start: its patches'.
@@ -58,6 +62,8 @@ class BodyMotion:
         self.whole, self.whole_start = whole, start.astype(np.int32)
         self.patch_start = self.whole_start[: len(patches) + 1].copy()
         self.faces = whole[: self.patch_start[-1]].copy()
+        used = np.unique(self.faces)
+        self.followed_vertices = used[used % SOME == 0]
         self.across = _faces_across(self.faces)
         self.start, self.incident = incident_corners(self.faces, len(self.x))
         self.face_normal, self.centre = np.zeros((len(self.faces), 3)), np.zeros((len(self.faces), 3))

@@ -26,6 +26,8 @@ frame. An item that isn't decided is everything: all skin, pairs looked for in e
 BRISK = 1.0
 """Speed of the cloth from which on it needs the level's step [m/s]; the error of a step of second order grows with the
 speed and the step squared."""
+BETWEEN = 0.02
+"""Distance of cloth from the nearest skin vertex of those that tell its speed, at most about this [m]."""
 PRELUDE = 3
 """The last frames before the first recorded one, in which steps are as in those."""
 
@@ -37,7 +39,8 @@ class Plan:
     Attributes:
         decided: Those of ITEMS that were.
         forecast: What was foreseen of the scene.
-        left_out [P]: Patches of the body, as `BodyMotion` cuts it, that the cloth isn't expected to reach.
+        left_out [P]: Patches of the body, as `BodyMotion` cuts it, that the cloth isn't expected to come near.
+        guard: How near [m]: further away they can neither touch it nor have a say in the length of its steps.
         pair_every: Most steps for which pairs of cloth are kept.
         dt [T + 1]: Longest step in each frame [s]; calm [T + 1]: whether cloth that moves fast forbids it.
         steps [T + 1]: How many steps each frame is expected to take.
@@ -47,6 +50,7 @@ class Plan:
     decided: tuple[str, ...]
     forecast: Forecast
     left_out: np.ndarray
+    guard: float
     pair_every: int
     dt: np.ndarray
     calm: np.ndarray
@@ -58,7 +62,7 @@ def make_plan(scene: Scene, config: SimulateConfig, decide: tuple[str, ...] | No
     """The plan of `scene`; `decide` names the ITEMS to be decided, by the knob `plan` if left out."""
     decided = decide if decide is not None else (ITEMS if config.plan == "scene" else ())
     body = BodyMotion(scene.body_faces, scene.body, scene.body_frames, scene.fps)
-    guard = config.margin + BodyContact.SPARE + BodyContact.SURPRISE
+    guard = max(config.margin + BodyContact.SPARE + BodyContact.SURPRISE, 4 * config.travel + BETWEEN)
     forecast = foresee_reach(scene, body, guard)
     left_out = (forecast.gap > guard) if "body" in decided else np.zeros(len(forecast.gap), bool)
     dt, calm = _longest_steps(scene, config, forecast, "steps" in decided)
@@ -91,6 +95,7 @@ def make_plan(scene: Scene, config: SimulateConfig, decide: tuple[str, ...] | No
         decided=decided,
         forecast=forecast,
         left_out=left_out,
+        guard=guard,
         pair_every=config.pair_every if "pairs" in decided else 1,
         dt=dt,
         calm=calm,

@@ -32,9 +32,11 @@ SKIN = 1.2
 """Greatest size of a patch of skin over that in the first frame."""
 CELL = 0.08
 """Cloth vertices that start in one cell of this size, held in one, are taken together [m]."""
+SOME = 4
+"""One in so many cloth vertices stands for those next to it."""
 EVERY = 16
 """One in so many patches of skin tells how fast it goes into cloth: neighbours move alike."""
-LOOK = 3
+LOOK = 4
 """Frames from one look at the distance of skin and cloth to the next; the run looks in every frame."""
 
 
@@ -124,10 +126,12 @@ class _Held:
         garment = np.repeat(np.arange(len(scene.garments)), [len(g.vertices) for g in scene.garments])
         at = first[point] if len(first) else start
         cells = np.floor(np.column_stack([at, start]) / CELL).astype(np.int64)
-        _, group = np.unique(np.column_stack([garment, cells]), axis=0, return_inverse=True)
+        some = np.unique(np.concatenate([np.arange(0, len(start), SOME), np.searchsorted(garment, np.unique(garment))]))
+        _, group = np.unique(np.column_stack([garment, cells])[some], axis=0, return_inverse=True)
         order = np.argsort(group.ravel(), kind="stable")
         self.first = np.flatnonzero(np.diff(group.ravel()[order], prepend=-1))
         self.size = np.diff(np.append(self.first, len(order)))
+        order = some[order]
         self.garment = garment[order][self.first]
         self.point, self.reach, self.wide, self.offset = point[order], reach[order], wide[order], (start - at)[order]
 

@@ -32,16 +32,23 @@ def pass_by(
     """
     for p in range(skin.shape[0]):
         s = vec(skin, p)
-        if gap[p] > enough:
+        least = gap[p]
+        if least > enough:
             for g in range(centre.shape[0]):
-                away = (vec(centre, g) - s).norm() - radius[g]
-                gap[p] = ti.min(gap[p], ti.max(away, (vec(place, g) - s).norm() - wide[g]) - spread[p])
+                # Most are too far away to matter, and roots are dear.
+                known, off = least + spread[p] + wide[g], vec(place, g) - s
+                if off.norm_sqr() < known * known:
+                    away = (vec(centre, g) - s).norm() - radius[g]
+                    least = ti.min(least, ti.max(away, off.norm() - wide[g]) - spread[p])
+        gap[p] = least
         most = 0.0
         if p % every == 0:
             for g in range(centre.shape[0]):
                 way = vec(place, g) - s
                 past = vec(skin_move, p) - vec(move, g)
-                size, distance = past.norm(), ti.max(way.norm(), 1e-9)
-                if distance - spread[p] - extent[g] < size + beyond:
-                    most = ti.max(most, past.dot(way) / distance, size / 3.0)
+                close = spread[p] + extent[g] + beyond
+                if way.norm_sqr() < 2.0 * (close * close + past.norm_sqr()):
+                    size, distance = past.norm(), ti.max(way.norm(), 1e-9)
+                    if distance < close + size:
+                        most = ti.max(most, past.dot(way) / distance, size / 3.0)
         into[p] = most

@@ -16,7 +16,7 @@ from stages.simulate.config import SimulateConfig
 from stages.simulate.contact import BodyContact
 from stages.simulate.pairs import PairContact
 from stages.simulate.patches import Patches
-from stages.simulate.plan import Plan, make_plan
+from stages.simulate.plan import BETWEEN, Plan, make_plan
 from stages.simulate.runtime import start_taichi
 from stages.simulate.scene import Scene
 from stages.simulate.springs import Springs
@@ -208,7 +208,10 @@ def fastest_pass(stepper: Stepper, frame: int, cloth: cKDTree) -> float:
     """
     body = stepper.contact.body
     # Neighbours move alike: a part of the vertices tells, if what lies between them is allowed for.
-    before, a, b, after = (body.frame(k)[::8] for k in range(frame - 2, frame + 2))
+    some = body.followed_vertices
+    if not len(some):
+        return 0.0
+    before, a, b, after = (body.frame(k)[some] for k in range(frame - 2, frame + 2))
     distance, nearest = cloth.query(a, workers=1)
     way = (stepper.x[::EVERY][nearest] - a) / np.maximum(distance, 1e-9)[:, None]
     # The body's motion is the cubic that has these slopes at its ends.
@@ -220,10 +223,6 @@ def fastest_pass(stepper: Stepper, frame: int, cloth: cKDTree) -> float:
         into = np.maximum((velocity * way).sum(1), speed / 3)
         fastest = max(fastest, float(into[near].max(initial=0.0)))
     return fastest
-
-
-BETWEEN = 0.02
-"""Distance of cloth from the nearest vertex of those that `fastest_pass` looks at, at most about this [m]."""
 
 
 AIR = 20.0

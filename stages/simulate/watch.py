@@ -66,12 +66,17 @@ class Watch:
         if not len(body.watched):
             return
         spot = forecast.spot[body.watched]
+        spread = forecast.spread[body.watched]
         skin = body.frame(frame - 1)[spot]
         move = body.frame(frame)[spot] - skin
-        distance, nearest = near.query(skin, workers=1)
-        past = np.linalg.norm(move - stepper.v[::EVERY][nearest] / body.fps, axis=1)
-        guard = stepper.config.margin + contact.SPARE + contact.SURPRISE
-        free = distance - forecast.spread[body.watched] - self.cover - AHEAD * past - guard
+        fly = stepper.v[::EVERY] / body.fps
+        guard = self.plan.guard
+        # What is further away than any of them can go need not be known.
+        furthest = np.linalg.norm(move, axis=1).max() + np.linalg.norm(fly, axis=1).max()
+        limit = spread.max() + self.cover + AHEAD * furthest + guard + MORE
+        distance, nearest = near.query(skin, distance_upper_bound=limit, workers=1)
+        past = np.linalg.norm(move - fly[np.minimum(nearest, len(fly) - 1)], axis=1)
+        free = distance - spread - self.cover - AHEAD * past - guard
         if (free > 0).all():
             return
         wanted = body.watched[free < MORE]
