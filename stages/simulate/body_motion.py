@@ -47,21 +47,21 @@ class BodyMotion:
         self.time = np.nan
         self._cache: dict[int, np.ndarray] = {}
         self._cut = Patches(first, faces) if len(faces) else None
-        count = 0 if self._cut is None else len(self._cut.layer)
-        out = np.zeros(count, bool) if left_out is None else left_out
+        patches = 0 if self._cut is None else len(self._cut.layer)
+        out = np.zeros(patches, bool) if left_out is None else left_out
         self.watched = np.flatnonzero(out)
         self._follow(np.flatnonzero(~out))
 
     def _follow(self, patches: np.ndarray) -> None:
         """Let `faces` be those of these patches, one after the other; the rest come last in `whole`."""
-        self.followed, whole, start = patches, np.zeros((0, 3), np.int32), np.zeros(1, np.int64)
+        self.followed = patches
+        self.whole, self.whole_start = np.zeros((0, 3), np.int32), np.zeros(1, np.int32)
         if self._cut is not None:
             cut, order = self._cut, np.concatenate([patches, self.watched])
-            whole = np.concatenate([cut.faces[cut.start[p] : cut.start[p + 1]] for p in order])
-            start = np.concatenate([start, np.cumsum(np.diff(cut.start)[order])])
-        self.whole, self.whole_start = whole, start.astype(np.int32)
+            self.whole = np.concatenate([cut.faces[cut.start[p] : cut.start[p + 1]] for p in order])
+            self.whole_start = np.append(0, np.cumsum(np.diff(cut.start)[order])).astype(np.int32)
         self.patch_start = self.whole_start[: len(patches) + 1].copy()
-        self.faces = whole[: self.patch_start[-1]].copy()
+        self.faces = self.whole[: self.patch_start[-1]].copy()
         used = np.unique(self.faces)
         self.followed_vertices = used[used % SOME == 0]
         self.across = _faces_across(self.faces)

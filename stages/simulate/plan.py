@@ -67,7 +67,7 @@ def make_plan(scene: Scene, config: SimulateConfig, decide: tuple[str, ...] | No
     left_out = (forecast.gap > guard) if "body" in decided else np.zeros(len(forecast.gap), bool)
     dt, calm = _longest_steps(scene, config, forecast, "steps" in decided)
     # Skin may go `travel` past cloth in a step; cloth is counted on to come half way.
-    needed = np.minimum(dt, config.travel / np.maximum(forecast.into, 1e-9))
+    needed = np.minimum(dt, np.maximum(config.travel / np.maximum(forecast.into, 1e-9), config.shortest_dt))
     steps = np.ceil(1 / (scene.fps * needed) - 1e-6).astype(int)
     if "steps" not in decided:
         steps[:] = steps.max()

@@ -28,7 +28,7 @@ def pass_by(
 
     A group of cloth stays in both the ball about `centre` of radius `radius` and that about `place`, where it is
     expected, of radius `wide`; if it is just where it is expected, in one of radius `extent`. Both move by `move`. Skin
-    counts as near if no further than its motion past the cloth and `beyond`; along the cloth, a third.
+    counts if the nearest cloth is no further than its motion past it and `beyond`; motion along the cloth, a third.
     """
     for p in range(skin.shape[0]):
         s = vec(skin, p)
@@ -43,12 +43,13 @@ def pass_by(
         gap[p] = least
         most = 0.0
         if p % every == 0:
+            nearest, best = -1, 1e30
             for g in range(centre.shape[0]):
-                way = vec(place, g) - s
-                past = vec(skin_move, p) - vec(move, g)
-                close = spread[p] + extent[g] + beyond
-                if way.norm_sqr() < 2.0 * (close * close + past.norm_sqr()):
-                    size, distance = past.norm(), ti.max(way.norm(), 1e-9)
-                    if distance < close + size:
-                        most = ti.max(most, past.dot(way) / distance, size / 3.0)
+                d2 = (vec(place, g) - s).norm_sqr()
+                if d2 < best:
+                    nearest, best = g, d2
+            way, past = vec(place, nearest) - s, vec(skin_move, p) - vec(move, nearest)
+            size, distance = past.norm(), ti.max(way.norm(), 1e-9)
+            if distance < spread[p] + extent[nearest] + beyond + size:
+                most = ti.max(past.dot(way) / distance, size / 3.0)
         into[p] = most
