@@ -34,6 +34,7 @@ LEVELS: dict[str, dict[str, Any]] = {
         "linear_iterations": 400,
         "precision": "f32",
         "pair_every": 8,
+        "calm": 1.0,
     },
     "reference": {
         "dt": 1 / 1920,
