@@ -29,7 +29,7 @@ class BodyMotion:
         start [V + 1], incident [3 F]: Corners about each vertex.
         followed_vertices: One in SOME of the vertices of `faces`.
         face_normal, centre [F, 3], radius [F]: Of the triangles at that time.
-        patch_start [P + 1]: Where each patch begins in `faces`, which are cut into small patches.
+        cut: The whole surface in small patches, None if there is none; patch_start [P + 1]: those in `faces` begin here.
         whole: All faces of the body, closed, shape [G, 3], of which `faces` are the first; whole_start: its patches'.
         followed: The patches in `faces`, in turn; watched: those left out, as cloth isn't expected to reach them.
     """
@@ -46,8 +46,8 @@ class BodyMotion:
         self.x, self.x_old = first.copy(), first.copy()
         self.time = np.nan
         self._cache: dict[int, np.ndarray] = {}
-        self._cut = Patches(first, faces) if len(faces) else None
-        patches = 0 if self._cut is None else len(self._cut.layer)
+        self.cut = Patches(first, faces) if len(faces) else None
+        patches = 0 if self.cut is None else len(self.cut.layer)
         out = np.zeros(patches, bool) if left_out is None else left_out
         self.watched = np.flatnonzero(out)
         self._follow(np.flatnonzero(~out))
@@ -56,8 +56,8 @@ class BodyMotion:
         """Let `faces` be those of these patches, one after the other; the rest come last in `whole`."""
         self.followed = patches
         self.whole, self.whole_start = np.zeros((0, 3), np.int32), np.zeros(1, np.int32)
-        if self._cut is not None:
-            cut, order = self._cut, np.concatenate([patches, self.watched])
+        if self.cut is not None:
+            cut, order = self.cut, np.concatenate([patches, self.watched])
             self.whole = np.concatenate([cut.faces[cut.start[p] : cut.start[p + 1]] for p in order])
             self.whole_start = np.append(0, np.cumsum(np.diff(cut.start)[order])).astype(np.int32)
         self.patch_start = self.whole_start[: len(patches) + 1].copy()

@@ -74,7 +74,8 @@ class BodyContact:
         self.looked, self.located = np.zeros((n, 3)), np.nan
         self.force, self.block = np.zeros((n, 3)), np.zeros((n, 6))
         self.shear, self.shear_new, self.reaction = np.zeros((n, 3)), np.zeros((n, 3)), np.zeros(n)
-        self.tie_face, self.tie_bary = np.zeros(n, np.int32), np.zeros((n, 3))
+        self.tie_corner, self.tie_bary = np.zeros((n, 3), np.int32), np.zeros((n, 3))
+        self.tie_face = np.arange(n, dtype=np.int32)
         self.tie_offset, self.tie_stiffness = np.zeros(n), np.zeros(n)
         self.has_ties = False
         self.fresh, self.touched = np.zeros(n, np.int32), np.zeros(n, np.int32)
@@ -206,7 +207,7 @@ class BodyContact:
                 self.tie_offset,
                 self.tie_stiffness,
                 b.x,
-                b.faces,
+                self.tie_corner,
                 self.force,
                 self.block,
             )
@@ -303,9 +304,11 @@ class BodyContact:
     def tie(self, vertices: np.ndarray, x: np.ndarray, stiffness: np.ndarray) -> None:
         """Tie `vertices` (K,) of `x` softly to the closest body points where they are now, `stiffness` (K,) [N/m]."""
         b = self.body
-        squared, face, point = igl.point_mesh_squared_distance(x[vertices], b.x, b.faces.astype(np.int64))[:3]
-        corners = [np.ascontiguousarray(b.x[b.faces[face, k]]) for k in range(3)]
-        self.tie_face[vertices] = face
+        assert b.cut is not None
+        # Of faces that are equally near the first is taken, so that all have to be there, whatever is left out.
+        squared, face, point = igl.point_mesh_squared_distance(x[vertices], b.x, b.cut.faces.astype(np.int64))[:3]
+        self.tie_corner[vertices] = b.cut.faces[face]
+        corners = [np.ascontiguousarray(b.x[b.cut.faces[face, k]]) for k in range(3)]
         self.tie_bary[vertices] = igl.barycentric_coordinates(np.ascontiguousarray(point), *corners)
         self.tie_offset[vertices] = np.maximum(np.sqrt(squared), self.margin)
         self.tie_stiffness[vertices] = stiffness

@@ -153,7 +153,7 @@ def make_stepper(scene: Scene, config: SimulateConfig, plan: Plan | None = None)
         grip=config.grip,
     )
     tied = np.flatnonzero(np.concatenate([g.tied for g in scene.garments]))
-    if len(tied) and len(body.faces) and config.waist_stiffness > 0:
+    if len(tied) and len(body.whole) and config.waist_stiffness > 0:
         contact.tie(tied, np.ascontiguousarray(scene.start, np.float64), config.waist_stiffness * springs.area[tied])
     fixed = np.zeros(len(scene.start), np.int32)
     fixed[scene.pins] = 1
