@@ -29,7 +29,7 @@ class BodyMotion:
         start [V + 1], incident [3 F]: Corners about each vertex.
         followed_vertices: One in SOME of the vertices of `faces`.
         face_normal, centre [F, 3], radius [F]: Of the triangles at that time.
-        cut: The whole surface in small patches, None if there is none; patch_start [P + 1]: those in `faces` begin here.
+        cut: The whole surface in patches, None if there is none; patch_start [P + 1]: where those in `faces` begin.
         whole: All faces of the body, closed, shape [G, 3], of which `faces` are the first; whole_start: its patches'.
         followed: The patches in `faces`, in turn; watched: those left out, as cloth isn't expected to reach them.
     """
