@@ -20,13 +20,13 @@ from stages.simulate.solve import joined, solve
 from tools.solver.people import person
 from tools.solver.statistics import statistics
 
-FINE = {"newton_iterations": 4, "newton_tolerance": 1e-6, "tolerance": 0.01}
+FINE = {"newton_iterations": 4, "newton_tolerance": 1e-6, "tolerance": 0.01, "calm": 1.0}
 
 POINTS: dict[str, dict[str, Any]] = {
     "preview": {"accuracy": "preview"},
-    "standard, step 1/60": {"dt": 1 / 60},
+    "standard, step 1/60": {"dt": 1 / 60, "calm": 1.0},
     "standard": {},
-    "standard, Euler": {"integrator": "euler"},
+    "standard, Euler": {"integrator": "euler", "calm": 1.0},
     "standard, 4 Newton": FINE,
     "fine": {"accuracy": "fine"},
     "step 1/480, 4 Newton": {"dt": 1 / 480, **FINE},
