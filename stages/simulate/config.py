@@ -20,7 +20,7 @@ LEVELS: dict[str, dict[str, Any]] = {
         "dt": 1 / 120,
         "newton_iterations": 2,
         "newton_tolerance": 2e-5,
-        "tolerance": 0.15,
+        "tolerance": 0.2,
         "linear_iterations": 400,
         "precision": "f32",
         "pair_every": 4,

@@ -85,7 +85,7 @@ class PairContact:
         self.meets_for = 0.0  # [s], how much longer the patches that can touch are known
         # What nears fast is looked for this much further away; further still would be most of the cloth.
         length = np.linalg.norm(rest[edges[:, 0]] - rest[edges[:, 1]], axis=1)
-        self.widest_slack, self.beside = float(np.median(length)), 1.2 * float(length.max())
+        self.widest_slack, self.beside = 1.5 * float(np.median(length)), 1.2 * float(length.max())
         self.kept = np.zeros(1, np.int32)
         self.start = np.zeros(n + 2, np.int32)
         self.room(1024)
@@ -141,7 +141,7 @@ class PairContact:
         vf_end, ee_end = np.cumsum(self.vf_count), np.cumsum(self.ee_count)
         self.faces_first = int(vf_end[-1])
         self.total = self.faces_first + int(ee_end[-1])
-        self.crossings.find(x, self.close, self.untangle == 0.0, self.met_count, self.met)
+        self.find_crossings(x, self.close, self.untangle == 0.0)
         if self.total > len(self.gap):
             self.room(int(self.total * 1.3))
         np.subtract(vf_end, self.vf_count, out=self.vf_start, casting="unsafe")
@@ -173,6 +173,10 @@ class PairContact:
             if met is self.met:
                 break
         self.meets_for = time
+
+    def find_crossings(self, x: np.ndarray, near: np.ndarray, others: bool) -> None:
+        """Look for `crossings` at x, where the faces' frames and the patches that meet are known; see there."""
+        self.crossings.find(x, self.face_centre, self.face_radius, near, others, self.met_count, self.met)
 
     def _lasting(self, dt: float) -> int:
         """Steps for which pairs are kept: all but 1 vertex in 500 closed in slowly enough when last looked at."""

@@ -108,9 +108,8 @@ def refuse_tangled(pairs: PairContact, start: np.ndarray) -> None:
     """
     pairs.search(start, np.zeros_like(start), 1e-3)
     pairs.age = pairs.every
-    found = pairs.crossings
-    found.find(start, np.ones(len(start), np.int32), False, pairs.met_count, pairs.met)
-    crossed = found.count
+    pairs.find_crossings(start, np.ones(len(start), np.int32), False)
+    crossed = pairs.crossings.count
     if (crossed > 0).mean() > TANGLED:
         a, b = pairs.edges[int(np.argmax(crossed))]
         raise DataError(
@@ -211,17 +210,21 @@ def fastest_pass(stepper: Stepper, frame: int, cloth: cKDTree) -> float:
     some = body.followed_vertices
     if not len(some):
         return 0.0
+    beyond = 4 * stepper.config.travel + BETWEEN
     before, a, b, after = (body.frame(k)[some] for k in range(frame - 2, frame + 2))
-    distance, nearest = cloth.query(a, workers=1)
-    way = (stepper.x[::EVERY][nearest] - a) / np.maximum(distance, 1e-9)[:, None]
     # The body's motion is the cubic that has these slopes at its ends.
+    slopes, v = (b - a, 0.5 * (b - before), 0.5 * (after - a)), stepper.v[::EVERY]
+    quickest = max(float(np.linalg.norm(m, axis=1).max()) for m in (*slopes, v / body.fps))
+    distance, nearest = cloth.query(a, distance_upper_bound=2 * quickest + beyond, workers=1)
+    near = np.isfinite(distance)
+    distance, nearest = distance[near], nearest[near]
+    way = (stepper.x[::EVERY][nearest] - a[near]) / np.maximum(distance, 1e-9)[:, None]
     fastest = 0.0
-    for slope in (b - a, 0.5 * (b - before), 0.5 * (after - a)):
-        velocity = slope * body.fps - stepper.v[::EVERY][nearest]
+    for slope in slopes:
+        velocity = slope[near] * body.fps - v[nearest]
         speed = np.linalg.norm(velocity, axis=1)
-        near = distance < speed / body.fps + 4 * stepper.config.travel + BETWEEN
         into = np.maximum((velocity * way).sum(1), speed / 3)
-        fastest = max(fastest, float(into[near].max(initial=0.0)))
+        fastest = max(fastest, float(into[distance < speed / body.fps + beyond].max(initial=0.0)))
     return fastest
 
 

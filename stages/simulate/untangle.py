@@ -40,15 +40,24 @@ class Crossings:
         """Know of no crossing until they are looked for again."""
         self.edge, self.face = np.zeros(0, np.int64), np.zeros(0, np.int64)
 
-    def find(self, x: np.ndarray, near: np.ndarray, others: bool, met_count: np.ndarray, met: np.ndarray) -> None:
+    def find(
+        self,
+        x: np.ndarray,
+        centre: np.ndarray,
+        radius: np.ndarray,
+        near: np.ndarray,
+        others: bool,
+        met_count: np.ndarray,
+        met: np.ndarray,
+    ) -> None:
         """Find those of edges with an end that is `near` [N] other cloth, with faces of the patches that their own met.
 
-        Those with other garments only with `others`.
+        Those with other garments only with `others`. Each face is in a ball of `radius` [F] about its `centre` [F, 3].
         """
         p = self.patches
         while True:
             find_crossings(
-                x, p.edges, p.faces, near, self.layer, int(others), p.of_edge, p.start, met_count, met,
+                x, p.edges, p.faces, centre, radius, near, self.layer, int(others), p.of_edge, p.start, met_count, met,
                 self.count, self.found,
             )  # fmt: skip
             found, self.found = self.found, widened(self.found, self.count)

@@ -55,9 +55,8 @@ TEXT = """# Beside Blender on common scenes
 `make peers` makes this table: level `standard` and Blender's cloth (Cotton, {quality} steps a frame, self-collision) in
 turn, {runs} rounds, {cores} cores; `s per simulated s` is the median, the ratio the median of each round's. Blender's
 time is that of its frames after the first, ours that of all; both leave out start-up and setting up the scene, which
-takes us `set-up` seconds, however long the scene is. `load` is the load average when the first round began. The scorer
-is the peers' own: strain of the edges over all frames, penetration and self-intersections the worst of the frames
-scored.
+with its plan takes us `set-up` seconds. `load` is the load average when the first round began. The scorer is the peers'
+own: strain of the edges over all frames, penetration and self-intersections the worst of the frames scored.
 
 A solver's own error is that against its own reference over the first 0.5 s and 1 s: for our levels `reference`, whose
 step is an eighth of fine's; for Blender {fine} steps a frame, four times as many. References are solved for the first

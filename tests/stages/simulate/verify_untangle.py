@@ -50,7 +50,10 @@ def test_fixed_vertices_stay_and_light_ones_move_more() -> None:
     c = Crossings(patches, np.zeros(len(vertices), np.int32))
     many = len(patches.layer)
     everything = np.tile(np.arange(many, dtype=np.int32), (many, 1))
-    c.find(vertices, np.ones(len(vertices), np.int32), False, np.full(many, many, np.int32), everything)
+    corners = vertices[patches.faces]
+    centre = corners.mean(1)
+    radius = np.linalg.norm(corners - centre[:, None], axis=2).max(1)
+    c.find(vertices, centre, radius, np.ones(len(vertices), np.int32), False, np.full(many, many, np.int32), everything)
     assert len(c.edge) > 5
     mass, fixed = np.ones(len(vertices)), np.zeros(len(vertices), np.int32)
     mass[half:] = 0.1
