@@ -94,7 +94,7 @@ def test_pairs_kept_for_several_steps_change_little() -> None:
     kept, anew = planned(one, ("pairs",))[1], planned(one, ())[1]
     assert kept.report.pairs > 0
     apart = np.sqrt(((kept.x - anew.x) ** 2).sum(2).mean(1))
-    assert apart[1] < 1e-4 and apart[2] < 1e-3, "then they part: both slide off"
+    assert apart[1] < 1e-4 and apart[2] < 3e-3, "then they part: both slide off"
     assert kept.plan["garments"] == [{"pair": ["inner", "outer"], "meet": True, "least_distance_m": 0.0}]
 
 
