@@ -253,10 +253,12 @@ class BodyContact:
         either; the fold hides it. Only what has been between two sides of the skin, or is next to such cloth, can get
         there. Returns how many were moved.
         """
-        if not len(self.body.faces) or not self.pinched.any():
+        if not len(self.body.faces):
             return 0
         self.locate(x)
-        near = np.flatnonzero((self.face >= 0) & (self.distance > depth) & (self.pinched > 0))
+        # What two skins push to and fro is left behind one of them.
+        lost = (self.distance < -depth) | ((self.distance > depth) & (self.pinched > 0))
+        near = np.flatnonzero((self.face >= 0) & lost)
         self.pinched[:] = 0
         if not len(near):
             return 0

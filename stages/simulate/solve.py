@@ -246,11 +246,15 @@ def ease_in(stepper: Stepper, scene: Scene, drag: np.ndarray, frame: int) -> Non
         stepper.pairs.untangle = 0.0
 
 
+TUCKED = 0.4
+"""Depth in a fold of the body at which cloth hidden there is recorded, over the distance that it keeps elsewhere."""
+
+
 def presentable(stepper: Stepper) -> np.ndarray:
     """Positions (N, 3) [m] to record, nowhere inside the body; the simulation goes on from its own."""
     clock, x = perf_counter(), stepper.x.copy()
     stepper.contact.lift(x, stepper.fixed, stepper.config.floor, 12)
-    stepper.contact.tuck(x, stepper.config.floor / 2)
+    stepper.contact.tuck(x, TUCKED * stepper.config.floor)
     stepper.report.clock("folds", clock)
     return x
 
