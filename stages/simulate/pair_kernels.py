@@ -41,7 +41,7 @@ def write_pairs(
 
     `side` is where the first part is now relative to the second. Between garments whose normals agree it is where it
     ought to be, by the order of the layers, so that garments that start or get entangled come apart. Parts that are
-    close together at rest keep at most 0.7 of that distance. What is `crossing` may be on its wrong side: no gap then.
+    close together at rest keep at most 0.7 of that distance, and those that are all `crossing` none.
     """
     for i in range(vf_count.shape[0]):
         for k in range(vf_count[i]):
@@ -65,7 +65,7 @@ def write_pairs(
                 u = closest_on_triangle(vec(rest, i), vec(rest, a), vec(rest, b), vec(rest, c))
                 d = vec(rest, i) - u[0] * vec(rest, a) - u[1] * vec(rest, b) - u[2] * vec(rest, c)
                 keep = ti.min(thickness, 0.7 * d.norm())
-                if crossing[i] == 1 and crossing[a] + crossing[b] + crossing[c] > 0:
+                if crossing[i] == 1 and crossing[a] + crossing[b] + crossing[c] == 3:
                     keep = NO_PAIR
             put(side, o, way * n)
             gap[o] = keep
@@ -93,7 +93,7 @@ def write_pairs(
                 s, t = st[0], st[1]
                 r = (1 - s) * vec(rest, a) + s * vec(rest, b) - (1 - t) * vec(rest, c) - t * vec(rest, d)
                 keep = ti.min(thickness, 0.7 * r.norm())
-                if crossing[a] + crossing[b] > 0 and crossing[c] + crossing[d] > 0:
+                if crossing[a] + crossing[b] == 2 and crossing[c] + crossing[d] == 2:
                     keep = NO_PAIR
             put(side, o, w / ti.max(w.norm(), 1e-12))
             gap[o] = keep
