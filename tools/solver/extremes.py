@@ -46,7 +46,7 @@ refused before its first step with a reason. Anything else is FAILED:
 - a value that isn't finite, a process that crashes or doesn't end, a step that can't be solved;
 - depth in the body beyond {1e3 * DEPTH:g} mm and beyond that of the start, by libigl's signed distance;
 - crossings, pairs of the cloth's own faces that pass through each other, that last: in each of the last {LASTING}
-  frames more than at the start by over {TANGLED:.0%} of the faces;
+  frames more than at the start by over {TANGLED:.2%} of the faces;
 - energy from nowhere. The cloth's energy (motion, height, stretch, bending) may exceed that of the start by the work
   put in: as if all of it had bounced at {BOUNCE:g} times the speed of the fastest body vertex or pin, and had risen as
   far as the body; and by {100 * ENERGY_SLACK:g} % of its greatest fall in height energy. Where nothing but the cloth

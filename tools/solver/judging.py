@@ -30,7 +30,7 @@ DEPTH = 0.5e-3
 """Depth in the body that counts as penetration [m]."""
 LASTING = 5
 """Frames at the end of which the least tangled counts: crossings that come and go within them don't last."""
-TANGLED = 0.01
+TANGLED = 0.0005
 """Crossings that last count as a failure from so many, as a share of the faces: the table shows all."""
 ROUNDING = 1e-6
 """Of depths [m]."""
