@@ -49,12 +49,12 @@ class BodyMotion:
         self.cut = Patches(first, faces) if len(faces) else None
         patches = 0 if self.cut is None else len(self.cut.layer)
         out = np.zeros(patches, bool) if left_out is None else left_out
-        self.watched = np.flatnonzero(out)
-        self._follow(np.flatnonzero(~out))
+        self.follow(np.flatnonzero(~out))
 
-    def _follow(self, patches: np.ndarray) -> None:
-        """Let `faces` be those of these patches, one after the other; the rest come last in `whole`."""
-        self.followed = patches
+    def follow(self, patches: np.ndarray) -> None:
+        """Let `faces` be those of these patches, one after the other; the rest are `watched`, and last in `whole`."""
+        count = 0 if self.cut is None else len(self.cut.layer)
+        self.followed, self.watched = patches, np.setdiff1d(np.arange(count), patches)
         self.whole, self.whole_start = np.zeros((0, 3), np.int32), np.zeros(1, np.int32)
         if self.cut is not None:
             cut, order = self.cut, np.concatenate([patches, self.watched])
@@ -72,8 +72,7 @@ class BodyMotion:
 
     def take_in(self, patches: np.ndarray) -> None:
         """Follow these of the `watched` patches too from now on; faces that were there keep their numbers."""
-        self.watched = np.setdiff1d(self.watched, patches)
-        self._follow(np.concatenate([self.followed, patches]))
+        self.follow(np.concatenate([self.followed, patches]))
 
     def frame(self, k: int) -> np.ndarray:
         """Vertices of frame k, clamped to the sequence, f64; the last few frames are kept."""

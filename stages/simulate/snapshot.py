@@ -25,6 +25,7 @@ class Snapshot:
     Attributes:
         time: When [s]; last_dt: The step that led there [s].
         cloth: x, v and those a step earlier, x_old, v_old, shape [N, 3] each.
+        followed: Patches of the body that are followed, by which its faces are numbered.
         contact: What contact with the body keeps, as the elastic slip of the friction [m], shape [N, ...] each.
         levels: The preconditioner's matrices, for which step [s] and their age; empty if they are to be made anew.
         pairs: The list of pairs of cloth in use and its age; empty if cloth doesn't collide or the list is to be new.
@@ -33,6 +34,7 @@ class Snapshot:
     time: float
     last_dt: float
     cloth: dict[str, np.ndarray]
+    followed: np.ndarray
     contact: dict[str, np.ndarray]
     levels: dict[str, Any]
     pairs: dict[str, Any]
@@ -50,6 +52,7 @@ def take(stepper: Stepper) -> Snapshot:
         time=stepper.time,
         last_dt=stepper.last_dt,
         cloth={name: getattr(stepper, name).copy() for name in CLOTH},
+        followed=stepper.contact.body.followed,
         contact={name: getattr(stepper.contact, name).copy() for name in CONTACT},
         levels={name: getattr(stepper.levels, name).copy() for name in LEVELS}
         | {"h": stepper.levels_h, "age": stepper.levels_age},
@@ -70,7 +73,11 @@ def restore(stepper: Stepper, snapshot: Snapshot) -> None:
             np.copyto(getattr(stepper.levels, name), snapshot.levels[name])
     else:
         stepper.levels_age = stepper.LEVELS_LAST
-    stepper.contact.met_until = -1.0
+    contact = stepper.contact
+    contact.met_until = -1.0
+    if not np.array_equal(contact.body.followed, snapshot.followed):
+        contact.body.follow(snapshot.followed)
+        contact.fit_body()
     pairs = stepper.pairs
     if pairs is None:
         return
