@@ -13,7 +13,8 @@ from stages.simulate.config import SimulateConfig
 from stages.simulate.plan import ITEMS, Plan, longer, make_plan
 from stages.simulate.runtime import start_taichi
 from stages.simulate.scene import Scene
-from stages.simulate.solve import Solution, solve
+from stages.simulate.snapshot import restore, take
+from stages.simulate.solve import Solution, advance_frame, make_stepper, presentable, solve
 
 CONFIG = SimulateConfig(threads=1)
 
@@ -159,3 +160,17 @@ def test_record_says_what_matters() -> None:
     windy = replace(windy, garments=[replace(one.garments[0], fabric=fabric)])
     # 0.2 kg/(m^2 s) 5 m/s over 0.2 kg/m^2 9.81 m/s^2
     assert make_plan(windy, CONFIG).record["forces"]["air"]["over_weight"] == pytest.approx(1 / (0.2 * 9.81), rel=1e-3)
+
+
+def test_a_run_goes_on_from_a_snapshot_taken_after_skin_was_turned_on() -> None:
+    # Faces are numbered by the skin that is followed: a stepper that starts with less of it must take it over.
+    one = two_balls(lambda k: np.array([0.0, 0.0, max(0.155, 1.0 - 0.133 * k)]), frames=10)
+    wrong = make_plan(two_balls(lambda k: np.array([0.0, 0.0, 1.0]), frames=10), CONFIG)
+    states = {}
+    solution = solve(one, CONFIG, plan=wrong, observe=lambda k, s: states.update({k: take(s)}) if k == 8 else None)
+    stepper = make_stepper(one, CONFIG, wrong)
+    assert len(stepper.contact.body.followed) < len(states[8].followed)
+    restore(stepper, states[8])
+    for frame in (9, 10):
+        advance_frame(stepper, frame)
+        np.testing.assert_array_equal(presentable(stepper), solution.x[frame])
