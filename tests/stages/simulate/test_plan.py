@@ -171,6 +171,8 @@ def test_a_run_goes_on_from_a_snapshot_taken_after_skin_was_turned_on() -> None:
     stepper = make_stepper(one, CONFIG, wrong)
     assert len(stepper.contact.body.followed) < len(states[8].followed)
     restore(stepper, states[8])
+    np.testing.assert_array_equal(stepper.contact.body.followed, states[8].followed)
+    assert stepper.contact.face.max() < len(stepper.contact.body.faces)
     for frame in (9, 10):
         advance_frame(stepper, frame)
         np.testing.assert_array_equal(presentable(stepper), solution.x[frame])
