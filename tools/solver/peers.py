@@ -60,7 +60,7 @@ own: strain of the edges over all frames, penetration and self-intersections the
 
 A solver's own error is that against its own reference over the first 0.5 s and 1 s: for our levels `reference`, whose
 step is a ninth of fine's; for Blender {fine} steps a frame, four times as many. References are solved for the first
-second alone; their own errors are unmeasured here, see the [curve](curve.md).
+second alone; their own errors are unmeasured here.
 
 Commit {commit}, {date}, {processor}.
 
