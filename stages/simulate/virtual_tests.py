@@ -18,12 +18,10 @@ from stages.simulate.fabric import Fabric
 from stages.simulate.scene import Garment, Scene
 from stages.simulate.solve import make_stepper
 from stages.simulate.specimens import disc, strip
-from stages.simulate.springs import bending_rows, face_areas, hinges, unique_edges
+from stages.simulate.springs import GRAVITY, bending_rows, face_areas, hinges, unique_edges
+from stages.simulate.springs import bending_length as peirce_length
 from stages.simulate.stepper import Stepper
 from stages.spec import DataError
-
-GRAVITY = 9.81
-"""[m/s^2]"""
 
 STRIP_WIDTH = 0.025
 """Width of the strip of the cantilever test, ISO 4604 and ASTM D1388 [m]."""
@@ -37,7 +35,7 @@ def theoretical_bending_length(fabric: Fabric) -> float:
 
     Peirce 1930, "The handle of cloth as a measurable quantity".
     """
-    return float((fabric.bend_stiffness / (fabric.density * GRAVITY)) ** (1 / 3))
+    return float(peirce_length(np.array(fabric.bend_stiffness), np.array(fabric.density)))
 
 
 def elastica_angle(length: float, bending_length: float) -> float:
