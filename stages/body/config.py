@@ -14,6 +14,10 @@ class Config:
     """Every beta is drawn uniformly from this range (CLOTH3D, Human 3D Sequences) [standard deviations]."""
     betas: tuple[float, ...] = field(default=(), metadata={"ge": -3.0, "le": 3.0})
     """First betas of everybody, instead of random ones; the others are drawn [standard deviations]."""
+    joints: dict[str, str] = field(default_factory=dict)
+    """Which joint of the motion files moves which of SMPL's, where their names don't tell: left_knee = "Calf_L"."""
+    rate: float = field(default=120.0, metadata={"ge": 1.0, "le": 10000.0})
+    """Rate of motion files that don't tell theirs, such as AMC [frames/s]."""
     arm_gap: float = field(default=0.010, metadata={"gt": 0.0, "le": 0.05})
     """Free space to which arms are opened from the trunk [m]."""
     leg_gap: float = field(default=0.008, metadata={"gt": 0.0, "le": 0.05})

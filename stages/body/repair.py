@@ -7,8 +7,8 @@ from numpy.typing import NDArray
 from scipy.ndimage import binary_closing, binary_dilation
 from scipy.spatial.transform import Rotation, Slerp
 
-from stages.body.bvh import Recording
 from stages.body.joint_map import match
+from stages.body.recording import Recording
 
 FAKE_JUMP = np.deg2rad(6.0)
 """Least mean rotation of the joints between the first two frames that betrays a fake first frame [rad]."""

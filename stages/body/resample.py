@@ -6,8 +6,8 @@ import numpy as np
 from scipy.interpolate import interp1d
 from scipy.spatial.transform import Rotation, Slerp
 
-from stages.body.bvh import Recording
 from stages.body.motion import FPS
+from stages.body.recording import Recording
 
 SLACK = 1e-3
 """Share of a frame by which the last frame may lie beyond the recording: 1/120 s is often written as .0083333."""

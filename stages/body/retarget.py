@@ -5,22 +5,30 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from model.body import PARENTS
-from stages.body.bvh import Recording
+from stages.body.calibrate import calibrate
 from stages.body.figure import Figure
-from stages.body.joint_map import BONES, FEET, match, missing
+from stages.body.joint_map import BONES, FEET, match, refuse_missing
 from stages.body.posture import COLLAR_SHARE, COLLARS, SHOULDERS
+from stages.body.recording import Recording
 from stages.body.turns import unit
 from stages.spec import DataError
 
 Array = NDArray[np.float64]
 
+UPRIGHT = 0.5
+"""Legs of a rest pose point down if the cosine of their angle to the vertical is larger than this [1]."""
+
+LYING = 0.3
+"""The file's y is up if the trunk points along it by more than this on average: who crawls turns about [1]."""
+
 
 def retarget(recording: Recording, figure: Figure, name: str) -> tuple[Array, Array]:
     """The motion on the person's own skeleton, before the feet are put on the ground.
 
-    A recorded joint with world rotation G moves the body's joint by R = A G A^T D, where A turns the recording's axes
-    into the model's and D takes the bone of the body's T-pose to the bone of the recording's rest pose: R times the
-    body's bone then has the direction of the recorded bone.
+    A recorded joint with world rotation G moves the body's joint by R = A G B. A turns the recording's axes into the
+    model's. B = A^T D, where D takes the bone of the body's T-pose to the bone of the recording's rest pose: R times
+    the body's bone then has the direction of the recorded bone. Where the rest pose is no standing person, B is found
+    from the motion; where the rotations are of SMPL's own joints, they are taken as they are, B = 1.
 
     Args:
         recording: The motion, at the wanted rate.
@@ -32,28 +40,32 @@ def retarget(recording: Recording, figure: Figure, name: str) -> tuple[Array, Ar
         [m], shape [T, 3].
 
     Raises:
-        DataError: Joints are missing, or the skeleton has no legs or stands on no axis.
+        DataError: Joints are missing, or the skeleton has no legs or no trunk.
     """
-    lost = missing(recording.names)
-    if lost:
-        raise DataError(f"{name}: no joint named {lost[0]!r} ({len(lost)} missing); rename the joints as CMU's are")
+    refuse_missing(recording.names, name)
     source = match(recording.names)
     rest = recording.rest()
-    axes = _axes(rest, source, name)
+    legs = np.mean([_length(rest, source, (hip, hip + 3, hip + 6)) for hip in (1, 2)])
     turned, positions = recording.forward()
-    rotations = axes @ turned @ axes.T
-    rest = rest @ axes.T
+    axes = _axes_at_rest(rest, source)
+    if axes is not None:
+        at_rest = {j: rest[index] @ axes.T for j, index in source.items()}
+        own = {j: axes.T @ _difference(figure.joints, at_rest, j) for j in source}
+    if recording.bodily:
+        axes, own = np.eye(3), {j: np.eye(3) for j in source}
+    elif axes is None:
+        axes = _axes_in_motion(positions, source)
+        if not legs > 0 or axes is None:
+            raise DataError(f"{name}: the skeleton has no legs or no trunk; give one with offsets between its joints")
+        own = calibrate(axes @ turned, positions @ axes.T, source, figure.joints)
     out = np.empty((len(turned), 24, 3, 3))
     for joint in range(24):
         if joint in source:
-            difference = _difference(figure.joints, rest, source, joint)
-            out[:, joint] = rotations[:, source[joint]] @ difference
+            out[:, joint] = axes @ turned[:, source[joint]] @ own[joint]
         else:
             out[:, joint] = out[:, PARENTS[joint]]
-    _share_with_collars(out)
-    legs = np.mean([_length(rest, source, (hip, hip + 3, hip + 6)) for hip in (1, 2)])
-    if not legs > 0:
-        raise DataError(f"{name}: the legs have no length; give a skeleton with offsets")
+    if not recording.bodily:
+        _share_with_collars(out)
     hips = (positions[:, source[1]] + positions[:, source[2]]) / 2 @ axes.T
     middle = (figure.joints[1] + figure.joints[2]) / 2 - figure.joints[0]
     root = hips * (figure.leg_length / legs) - out[:, 0] @ middle
@@ -88,13 +100,33 @@ def joint_positions(figure: Figure, world: Array, root: Array) -> Array:
     return out
 
 
-def _axes(rest: Array, source: dict[int, int], name: str) -> Array:
-    """Turns a recording's axes into x left, y up, z forward: signed axes, nearest to its rest pose, shape [3, 3]."""
-    up = _nearest_axis(rest[source[15]] - (rest[source[1]] + rest[source[2]]) / 2)
-    across = _nearest_axis(rest[source[1]] - rest[source[2]])
-    if abs(up @ across) > 0.5 or not (up.any() and across.any()):
-        raise DataError(f"{name}: the rest pose does not stand upright; give a skeleton whose head is above its hips")
-    return np.stack([across, up, np.cross(across, up)])
+def _axes_at_rest(rest: Array, source: dict[int, int]) -> Array | None:
+    """Turns a recording's axes into x left, y up, z forward: signed axes, nearest to its rest pose, shape [3, 3].
+
+    None if the rest pose is no standing person's: legs beside the trunk, arms on the wrong side, feet backwards.
+    """
+    at = {joint: rest[index] for joint, index in source.items()}
+    hips = (at[1] + at[2]) / 2
+    up, across = _nearest_axis(at[15] - hips), _nearest_axis(at[1] - at[2])
+    forward = np.cross(across, up)
+    legs = (at[7] + at[8]) / 2 - hips
+    stands = forward.any() and -(legs @ up) > UPRIGHT * np.linalg.norm(legs) > 0
+    arms = (at[16] - at[17]) @ across > 0
+    feet = all((at[FEET[foot]] - at[foot]) @ forward >= 0 for foot in FEET if FEET[foot] in at)
+    return np.stack([across, up, forward]) if stands and arms and feet else None
+
+
+def _axes_in_motion(positions: Array, source: dict[int, int]) -> Array | None:
+    """The same from where the joints are over time [T, J, 3]; None if there is no trunk."""
+    at = {joint: positions[:, index] for joint, index in source.items()}
+    trunk, hips = at[15] - (at[1] + at[2]) / 2, at[1][0] - at[2][0]
+    lengths = np.linalg.norm(trunk, axis=-1, keepdims=True)
+    if not lengths.min() > 0 or not np.linalg.norm(hips) > 0:
+        return None
+    mean = (trunk / lengths).mean(axis=0)
+    up = np.array([0.0, 1.0, 0.0]) if mean[1] > LYING else _nearest_axis(mean)
+    across = _nearest_axis(hips - (hips @ up) * up)
+    return np.stack([across, up, np.cross(across, up)]) if across.any() else None
 
 
 def _nearest_axis(vector: Array) -> Array:
@@ -105,14 +137,14 @@ def _nearest_axis(vector: Array) -> Array:
     return axis
 
 
-def _difference(joints: Array, rest: Array, source: dict[int, int], joint: int) -> Array:
+def _difference(joints: Array, rest: dict[int, Array], joint: int) -> Array:
     """Rotation from the body's T-pose to the recording's rest pose at one joint, shape [3, 3]."""
     if joint in BONES:
-        ours, theirs = joints[BONES[joint]] - joints[joint], rest[source[BONES[joint]]] - rest[source[joint]]
-    elif joint in FEET and FEET[joint] in source:
+        ours, theirs = joints[BONES[joint]] - joints[joint], rest[BONES[joint]] - rest[joint]
+    elif joint in FEET and FEET[joint] in rest:
         flat = np.array([1.0, 0.0, 1.0])
         ours = flat * (joints[FEET[joint]] - joints[joint])
-        theirs = flat * (rest[source[FEET[joint]]] - rest[source[joint]])
+        theirs = flat * (rest[FEET[joint]] - rest[joint])
     else:
         return np.eye(3)
     if np.linalg.norm(theirs) < 1e-9:

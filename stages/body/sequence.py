@@ -5,12 +5,12 @@ from dataclasses import asdict, replace
 import numpy as np
 
 from model.body import REST_POSE
-from stages.body.bvh import Recording
 from stages.body.clips import CLIPS, perform
 from stages.body.figure import Figure
 from stages.body.grounding import ground
 from stages.body.hygiene import Opening
 from stages.body.motion import Motion
+from stages.body.recording import Recording
 from stages.body.repair import drop_fake_start, mend_flips
 from stages.body.resample import resample
 from stages.body.retarget import local_rotations, retarget
@@ -37,7 +37,7 @@ def embedded(figure: Figure, name: str) -> Motion:
         DataError: There is no such clip.
     """
     if name not in CLIPS:
-        raise DataError(f"motion must be one of {', '.join(CLIPS)} or a .bvh file, got {name!r}")
+        raise DataError(f"motion must be one of {', '.join(CLIPS)} or a motion file, got {name!r}")
     return perform(figure, name)
 
 
@@ -85,13 +85,6 @@ def cut(motion: Motion, start: int, frames: int, name: str, *, whole: bool) -> M
     trans = motion.trans[part].copy()
     trans[:, :2] -= trans[0, :2]
     return replace(motion, pose=motion.pose[part], trans=trans, planted=motion.planted[part])
-
-
-def action_of(motion: str) -> str:
-    """The action that a motion's name tells: the clip's own, or the file's name without its number."""
-    if motion in CLIPS:
-        return CLIPS[motion].action
-    return motion.rstrip("0123456789_- ") or motion
 
 
 def judge(

@@ -1,6 +1,5 @@
 """The shell of the body stage: draws a person, reads or makes the motion, frees the limbs, publishes the sequence."""
 
-import hashlib
 from pathlib import Path
 from typing import Any
 
@@ -8,16 +7,16 @@ import numpy as np
 
 from model.body import REST_POSE, load_free_body
 from stages.body import SPEC
-from stages.body.bvh import read_bvh
+from stages.body.acquire import acquire
 from stages.body.config import Config
-from stages.body.figure import Figure, measure
+from stages.body.figure import measure
 from stages.body.hygiene import open_limbs
-from stages.body.motion import FPS, Motion
+from stages.body.motion import FPS
 from stages.body.parts import divide
 from stages.body.sampling import draw_betas
-from stages.body.sequence import action_of, cut, embedded, judge, recorded, stand_at_rest
+from stages.body.sequence import judge, stand_at_rest
 from stages.settings import build
-from stages.spec import DataError, Progress, Task
+from stages.spec import Progress, Task
 from store import publish
 
 
@@ -25,7 +24,8 @@ def run(task: Task, progress: Progress) -> dict[str, Any]:
     """Makes the body of one item and publishes it.
 
     Args:
-        task: The task; `params` holds gender and, for a sequence, motion, motion_sha256, start and frames.
+        task: The task; `params` holds gender and, for a sequence, motion, motion_sha256, action, start and
+            frames.
         progress: Told the step at hand.
 
     Returns:
@@ -41,8 +41,7 @@ def run(task: Task, progress: Progress) -> dict[str, Any]:
     figures: dict[str, float] = {}
     if task.kind == "sequence":
         figure = measure(model, betas)
-        motion, name = _motion(figure, task)
-        action = action_of(name)
+        motion, name, action = acquire(figure, task.params, config.joints, config.rate)
         progress(1, 16, "the motion is on the person")
         rounds = iter(range(2, 16))
         gaps = config.arm_gap, config.leg_gap
@@ -63,16 +62,3 @@ def run(task: Task, progress: Progress) -> dict[str, Any]:
     publish(Path(task.output), SPEC.schema, task.key, arrays, attrs | {"seed": task.seed, "opening": figures})
     progress(16, 16, "published")
     return {"frames": len(motion), "action": action, **figures}
-
-
-def _motion(figure: Figure, task: Task) -> tuple[Motion, str]:
-    """The frames that the task asks for, and the name of the motion."""
-    motion, start, frames = (task.params[name] for name in ("motion", "start", "frames"))
-    path = Path(motion)
-    if path.name == motion and not path.suffix:
-        return cut(embedded(figure, motion), start, frames, motion, whole=True), motion
-    recording = read_bvh(path)
-    wanted = task.params["motion_sha256"]
-    if wanted and hashlib.sha256(path.read_bytes()).hexdigest() != wanted:
-        raise DataError(f"{path.name}: the file has changed since the run was planned; plan again")
-    return cut(recorded(figure, recording, path.name), start, frames, path.name, whole=False), path.stem

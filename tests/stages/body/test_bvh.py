@@ -7,7 +7,7 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from stages.body.bvh import read_bvh
+from stages.body.readers.bvh import read_bvh
 from tests.stages.body.skeletons import ORDERS, Made, person
 
 

@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from stages.body.bvh import read_bvh
+from stages.body.readers.bvh import read_bvh
 from stages.spec import DataError
 from tests.stages.body.skeletons import person
 

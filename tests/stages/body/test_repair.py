@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from stages.body.bvh import Recording, read_bvh
+from stages.body.readers.bvh import read_bvh
+from stages.body.recording import Recording
 from stages.body.repair import drop_fake_start, mend_flips
 from stages.body.resample import resample
 from tests.stages.body.skeletons import person

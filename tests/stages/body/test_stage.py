@@ -101,7 +101,7 @@ def test_a_recording_is_put_on(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("params", "message"),
     [
-        ({"motion": "wlak"}, "motion must be one of walk, run, jump, squat, turn, dance or a .bvh file, got 'wlak'"),
+        ({"motion": "wlak"}, "motion must be one of walk, run, jump, squat, turn, dance or a motion file, got 'wlak'"),
         ({"start": 355}, "walk: frames 355 to 366 wanted, it has 360"),
         ({"frames": 0}, "walk: frames 0 to -1 wanted"),
         ({"motion": "gone/away.bvh"}, "there is no such motion file"),
