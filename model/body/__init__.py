@@ -14,19 +14,23 @@ whose ends would otherwise fold the skin, so that each axis is usable over [-3, 
 
 from model.body.asset import GENDERS, load_body, load_free_body, save_body
 from model.body.model import BodyModel
+from model.body.refusal import BodyFileError
 from model.body.skeleton import JOINT_NAMES, PARENTS, REST_POSE
 from model.body.skinning import joint_positions, joint_transforms, rotation_matrices, skin
+from model.body.smpl_file import read_smpl
 
 __all__ = [
     "GENDERS",
     "JOINT_NAMES",
     "PARENTS",
     "REST_POSE",
+    "BodyFileError",
     "BodyModel",
     "joint_positions",
     "joint_transforms",
     "load_body",
     "load_free_body",
+    "read_smpl",
     "rotation_matrices",
     "save_body",
     "skin",
