@@ -45,18 +45,14 @@ def retarget(recording: Recording, figure: Figure, name: str) -> tuple[Array, Ar
     refuse_missing(recording.names, name)
     source = match(recording.names)
     rest = recording.rest()
-    legs = np.mean([_length(rest, source, (hip, hip + 3, hip + 6)) for hip in (1, 2)])
     turned, positions = recording.forward()
-    axes = _axes_at_rest(rest, source)
-    if axes is not None:
+    axes = axes_of(recording, name)
+    if recording.bodily:
+        own = {j: np.eye(3) for j in source}
+    elif _axes_at_rest(rest, source) is not None:
         at_rest = {j: rest[index] @ axes.T for j, index in source.items()}
         own = {j: axes.T @ _difference(figure.joints, at_rest, j) for j in source}
-    if recording.bodily:
-        axes, own = np.eye(3), {j: np.eye(3) for j in source}
-    elif axes is None:
-        axes = _axes_in_motion(positions, source)
-        if not legs > 0 or axes is None:
-            raise DataError(f"{name}: the skeleton has no legs or no trunk; give one with offsets between its joints")
+    else:
         own = calibrate(axes @ turned, positions @ axes.T, source, figure.joints)
     out = np.empty((len(turned), 24, 3, 3))
     for joint in range(24):
@@ -68,7 +64,7 @@ def retarget(recording: Recording, figure: Figure, name: str) -> tuple[Array, Ar
         _share_with_collars(out)
     hips = (positions[:, source[1]] + positions[:, source[2]]) / 2 @ axes.T
     middle = (figure.joints[1] + figure.joints[2]) / 2 - figure.joints[0]
-    root = hips * (figure.leg_length / legs) - out[:, 0] @ middle
+    root = hips * (figure.leg_length / leg_length(recording, source)) - out[:, 0] @ middle
     return out, root
 
 
@@ -98,6 +94,33 @@ def joint_positions(figure: Figure, world: Array, root: Array) -> Array:
         parent = int(PARENTS[joint])
         out[:, joint] = out[:, parent] + world[:, parent] @ (figure.joints[joint] - figure.joints[parent])
     return out
+
+
+def axes_of(recording: Recording, name: str) -> Array:
+    """Turns a recording's axes into x left, y up, z forward, shape [3, 3].
+
+    Args:
+        recording: A recording that has all joints of a person.
+        name: Name of the motion, for errors.
+
+    Raises:
+        DataError: The skeleton has no legs or no trunk.
+    """
+    if recording.bodily:
+        return np.eye(3)
+    rest, source = recording.rest(), match(recording.names)
+    axes = _axes_at_rest(rest, source)
+    if axes is None:
+        axes = _axes_in_motion(recording.forward()[1], source)
+    if axes is None or not all(_length(rest, source, (hip, hip + 3, hip + 6)) > 0 for hip in (1, 2)):
+        raise DataError(f"{name}: the skeleton has no legs or no trunk; give one with offsets between its joints")
+    return axes
+
+
+def leg_length(recording: Recording, source: dict[int, int]) -> float:
+    """Thigh and shank of the recorded skeleton together, mean of both sides [its units]."""
+    rest = recording.rest()
+    return float(np.mean([_length(rest, source, (hip, hip + 3, hip + 6)) for hip in (1, 2)]))
 
 
 def _axes_at_rest(rest: Array, source: dict[int, int]) -> Array | None:

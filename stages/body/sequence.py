@@ -1,5 +1,6 @@
 """From an embedded clip or a recording to the frames that were asked for, on one person, ready to be dressed."""
 
+import logging
 from dataclasses import asdict, replace
 
 import numpy as np
@@ -14,6 +15,7 @@ from stages.body.recording import Recording
 from stages.body.repair import drop_fake_start, mend_flips
 from stages.body.resample import resample
 from stages.body.retarget import local_rotations, retarget
+from stages.body.root_order import mend_root_order
 from stages.body.turns import WORLD_FROM_MODEL, axis_angle
 from stages.spec import DataError
 
@@ -41,12 +43,36 @@ def embedded(figure: Figure, name: str) -> Motion:
     return perform(figure, name)
 
 
-def recorded(figure: Figure, recording: Recording, name: str) -> Motion:
-    """A whole recording, mended, resampled, put on the person and stood on the ground.
+def prepared(recording: Recording, name: str) -> tuple[Recording, list[str]]:
+    """A whole recording, mended and at 30 fps.
+
+    Args:
+        recording: The motion as it was read.
+        name: Name of the motion, for errors.
+
+    Returns:
+        The recording, and what was wrong with it and is mended.
+
+    Raises:
+        DataError: The skeleton is not that of a person who can be recognised.
+    """
+    started = drop_fake_start(recording)
+    ordered, reordered = mend_root_order(started, name)
+    steady, flips = mend_flips(ordered)
+    mended = ["a fake first frame is dropped"] if started is not recording else []
+    if reordered:
+        mended.append("the root's angles are put together in the order that they were meant in")
+    if flips:
+        mended.append(f"{flips} frames in which the root flips are bridged")
+    return resample(steady), mended
+
+
+def put_on(figure: Figure, recording: Recording, name: str) -> Motion:
+    """A prepared recording on a person, stood on the ground.
 
     Args:
         figure: The person.
-        recording: The motion as it was read.
+        recording: The motion, mended and at 30 fps.
         name: Name of the motion, for errors.
 
     Returns:
@@ -55,11 +81,18 @@ def recorded(figure: Figure, recording: Recording, name: str) -> Motion:
     Raises:
         DataError: The skeleton is not that of a person who can be recognised.
     """
-    whole, _ = mend_flips(drop_fake_start(recording))
-    world, root, planted = ground(figure, *retarget(resample(whole), figure, name))
+    world, root, planted = ground(figure, *retarget(recording, figure, name))
     local = local_rotations(world)
     local[:, 0] = WORLD_FROM_MODEL @ local[:, 0]
     return Motion(pose=axis_angle(local), trans=root @ WORLD_FROM_MODEL.T, planted=planted)
+
+
+def recorded(figure: Figure, recording: Recording, name: str) -> Motion:
+    """A whole recording, mended, resampled, put on the person and stood on the ground; see `prepared`, `put_on`."""
+    whole, mended = prepared(recording, name)
+    if mended:
+        logging.getLogger(__name__).info("%s: %s", name, "; ".join(mended))
+    return put_on(figure, whole, name)
 
 
 def cut(motion: Motion, start: int, frames: int, name: str, *, whole: bool) -> Motion:

@@ -1,0 +1,165 @@
+"""Shows any motion on a body before anyone commits to a run: a video, a contact sheet and figures, in one command.
+
+It stands beside the stages, as it uses two of them: the motion is put on a body as the stage `body` does, and drawn as
+the stage `report` does. The recorded skeleton stands beside the body. Self-collisions are not solved here.
+"""
+
+from __future__ import annotations
+
+import argparse
+import os
+import sys
+from collections.abc import Iterator, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+from PIL import Image
+
+from model.body import GENDERS, load_free_body
+from stages.body.config import BETA_COUNT
+from stages.body.fidelity import compare
+from stages.body.figure import measure
+from stages.body.motion import FPS
+from stages.body.readers import DEFAULT_RATE, read_motion, split_name
+from stages.body.sequence import embedded, prepared, put_on
+from stages.body.sticks import beside, bones
+from stages.report.film import write_film
+from stages.report.render import Studio
+from stages.report.scene import Shot, Surface, frame_shot, heading
+from stages.report.sheet import contact_sheet
+from stages.spec import DataError
+
+Picture = NDArray[np.uint8]
+
+WIDTH, HEIGHT = 280, 360  # of each panel [px]
+SHEET_COLUMNS, SHEET_FRAMES = 6, 12
+BONE_COLOUR = (0.25, 0.33, 0.45)
+QUARTER = 0.7  # the camera stands this far to the right of who walks towards it [rad]
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Makes the preview that the command line asks for; 0, or 1 with one line on stderr for what is at fault."""
+    given = _parser().parse_args(arguments)
+    try:
+        for line in preview(given):
+            print(line, flush=True)
+    except (DataError, ValueError) as error:
+        print(" ".join(str(error).split()), file=sys.stderr)
+        return 1
+    except OSError as error:
+        print(f"{error.filename}: {error.strerror}; check the path and its rights", file=sys.stderr)
+        return 1
+    return 0
+
+
+def preview(given: argparse.Namespace) -> Iterator[str]:
+    """Draws a motion.
+
+    Args:
+        given: What `_parser` parses.
+
+    Returns:
+        Lines that say what is done.
+
+    Raises:
+        DataError: The motion can't be used; one line.
+    """
+    if len(given.betas) > BETA_COUNT or not all(abs(beta) <= 5 for beta in given.betas):
+        raise DataError(f"--betas must be at most {BETA_COUNT} numbers from -5 to 5, got {given.betas}")
+    model = load_free_body(given.gender)
+    betas = np.zeros(BETA_COUNT)
+    betas[: len(given.betas)] = given.betas
+    figure = measure(model, betas)
+    path, inside = split_name(given.motion)
+    panels: list[Surface] = []
+    if path.name == given.motion and not path.suffix:
+        name, motion = given.motion, embedded(figure, given.motion)
+        yield f"{name}: {len(motion)} frames, embedded"
+    else:
+        name = inside or path.stem
+        recording = read_motion(given.motion, joints=_table(given.joint), rate=given.rate)
+        at_30, mended = prepared(recording, path.name)
+        motion = put_on(figure, at_30, path.name)
+        rate = 1 / recording.frame_time
+        yield f"{name}: {len(recording.rotations)} frames at {rate:.4g} fps, {len(motion)} at 30 fps"
+        for what in mended:
+            yield f"mended: {what}"
+        figures = compare(figure, motion, at_30, path.name)
+        yield (
+            f"bones point within {figures.direction:.1f} degrees of the recorded ones in the mean (95 %: "
+            f"{figures.direction_95:.1f}); standing feet slide {figures.slide:.2f} mm/frame in the mean (95 %: "
+            f"{figures.slide_95:.2f}) and bear weight in {figures.planted:.0%} of the frames"
+        )
+        sticks, faces = bones(beside(at_30, figure, motion, path.name), at_30.parents)
+        panels.append(Surface(vertices=sticks, faces=faces, cloth=BONE_COLOUR))
+    if not 0 <= given.start < len(motion):
+        raise DataError(f"--start must be from 0 to {len(motion) - 1}, got {given.start}")
+    part = slice(given.start, given.start + max(1, given.frames))
+    pose, trans = motion.pose[part], motion.trans[part]
+    body = Surface(vertices=model.pose(betas, pose, trans).astype(np.float64), faces=model.faces)
+    panels = [Surface(vertices=p.vertices[part], faces=p.faces, cloth=p.cloth) for p in panels] + [body]
+    ahead = frame_shot(panels, trans, heading(pose[:, 0]), WIDTH, HEIGHT)
+    shot = Shot(targets=ahead.targets, span=ahead.span, azimuths=(ahead.azimuths[0] - QUARTER,))
+    out = given.out or Path(f"{name}.mp4")
+    if out.suffix.lower() != ".mp4":
+        raise DataError(f"--out must end in .mp4, got {out}")
+    out.parent.mkdir(parents=True, exist_ok=True)
+    chosen = np.unique(np.rint(np.linspace(0, len(pose) - 1, SHEET_FRAMES)).astype(int))
+    sheet: list[Picture] = []
+
+    if given.sheet_only:
+        sheet = [_frame(panels, shot, int(frame)) for frame in chosen]
+    else:
+
+        def pictures() -> Iterator[Picture]:
+            with ThreadPoolExecutor(len(os.sched_getaffinity(0))) as pool:
+                for frame, picture in enumerate(pool.map(lambda k: _frame(panels, shot, k), range(len(pose)))):
+                    if frame in chosen:
+                        sheet.append(picture)
+                    yield picture
+
+        write_film(out, pictures(), WIDTH * len(panels), HEIGHT, FPS)
+        yield f"video: {out}"
+    still = out.with_suffix(".png")
+    Image.fromarray(contact_sheet(sheet, SHEET_COLUMNS, gap=4)).save(still, optimize=True)
+    yield f"contact sheet: {still}"
+
+
+def _frame(panels: list[Surface], shot: Shot, frame: int) -> Picture:
+    """The panels side by side in one frame, the recorded skeleton first."""
+    views = [Studio([panel.at(frame)]).picture(shot.cameras(frame)[0], WIDTH, HEIGHT) for panel in panels]
+    return contact_sheet(views, len(views))
+
+
+def _table(entries: Sequence[str]) -> dict[str, str]:
+    table = {}
+    for entry in entries:
+        ours, equals, theirs = entry.partition("=")
+        if not equals:
+            raise DataError(f"--joint must be such as left_knee=Calf_L, got {entry!r}")
+        table[ours.strip()] = theirs.strip()
+    return table
+
+
+def _parser() -> argparse.ArgumentParser:
+    parser = argparse.ArgumentParser(
+        prog="python -m stages.body preview", description="Show a motion on a body: a video and a contact sheet."
+    )
+    parser.add_argument("motion", metavar="FILE", help="BVH, AMC or npz file (file.npz:sequence), or an embedded clip")
+    parser.add_argument("--out", type=Path, metavar="VIDEO", help="video to write, .mp4; the sheet lies beside it")
+    parser.add_argument("--gender", choices=GENDERS, default="female")
+    parser.add_argument("--betas", type=float, nargs="*", default=[], metavar="B", help="shape, from -3 to 3 each")
+    parser.add_argument("--start", type=int, default=0, metavar="N", help="first frame, at 30 fps")
+    parser.add_argument("--frames", type=int, default=300, metavar="N", help="at most so many frames, at 30 fps")
+    parser.add_argument("--rate", type=float, default=DEFAULT_RATE, help="frames/s of a file that doesn't tell (120)")
+    parser.add_argument(
+        "--joint", action="append", default=[], metavar="OURS=THEIRS", help="as the recipe's [body.joints]"
+    )
+    parser.add_argument("--sheet-only", action="store_true", help="no video")
+    return parser
+
+
+if __name__ == "__main__":
+    sys.exit(main())
