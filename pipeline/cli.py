@@ -14,6 +14,7 @@ from typing import NoReturn
 from rich.console import Console
 
 from pipeline import summary
+from pipeline.body_model import add_body_models
 from pipeline.catalog import Catalog, load_catalog
 from pipeline.clean import clean
 from pipeline.errors import PipelineError
@@ -90,6 +91,7 @@ def _load(given: argparse.Namespace, catalog: Catalog) -> tuple[Recipe, list[Ite
     where = f"{recipe.path} [dataset]"
     items = collect(recipe.dataset, where, motion_files, motion=given.motion, frames=given.frames)
     motion_files.save()
+    add_body_models(items, recipe.dataset.body_models, where, output / "bodies.json")
     return recipe, items
 
 

@@ -29,6 +29,16 @@ class SequenceEntry:
 
 
 @dataclass(frozen=True, kw_only=True)
+class BodyModels:
+    """The recipe's section `[dataset.body_models]`: whose bodies, if not the embedded free one's."""
+
+    female: str = ""
+    """Path of a file of SMPL, SMPL-H or SMPL-X for women; the free body if left out."""
+    male: str = ""
+    """Path of a file of SMPL, SMPL-H or SMPL-X for men; the free body if left out."""
+
+
+@dataclass(frozen=True, kw_only=True)
 class Dataset:
     """What the dataset consists of; every random choice follows from `seed` and the item's id alone."""
 
@@ -38,6 +48,8 @@ class Dataset:
     """Folder for everything made; `build/<name>` if left out."""
     seed: int = field(default=0, metadata={"ge": 0})
     """Seed of every random choice."""
+    body_models: BodyModels = field(default_factory=BodyModels)
+    """Files of the body models."""
     sequence: tuple[SequenceEntry, ...] = ()
     """Sequences given one by one."""
     sequences: int = field(default=0, metadata={"ge": 0})

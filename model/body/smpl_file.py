@@ -79,16 +79,23 @@ def read_smpl(path: Path, gender: str, beta_count: int | None = None) -> BodyMod
     Raises:
         BodyFileError: The file can't be read, isn't trustworthy or isn't a body's; one line.
     """
+    return parse_smpl(file_content(path), str(path), gender, beta_count)
+
+
+def file_content(path: Path) -> bytes:
+    """The bytes of a file, if they aren't too many.
+
+    Raises:
+        BodyFileError: It can't be read, or is larger than any body model; one line.
+    """
     try:
         size = path.stat().st_size
         if size > MOST_FILE_BYTES:
-            raise BodyFileError(f"has {size} bytes, a body model has {MOST_FILE_BYTES} at most")
-        content = path.read_bytes()
+            limit = f"a body model has {MOST_FILE_BYTES} at most"
+            raise BodyFileError(f"{path}: has {size} bytes, {limit}; name a body model's file")
+        return path.read_bytes()
     except OSError as error:
         raise BodyFileError(f"{path}: {error.strerror}; name a body model's file") from None
-    except BodyFileError as error:
-        raise BodyFileError(f"{path}: {error}; name a body model's file") from None
-    return parse_smpl(content, str(path), gender, beta_count)
 
 
 def parse_smpl(content: bytes, name: str, gender: str, beta_count: int | None = None) -> BodyModel:

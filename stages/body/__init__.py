@@ -6,7 +6,7 @@ from stages.spec import StageSpec
 SPEC = StageSpec(
     name="body",
     needs=(),
-    params=("gender", "motion", "motion_sha256", "action", "start", "frames"),
+    params=("gender", "body_model", "body_model_sha256", "motion", "motion_sha256", "action", "start", "frames"),
     config=Config,
     code_version=1,
     schema="body",

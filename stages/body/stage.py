@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from model.body import REST_POSE, load_free_body
+from model.body import REST_POSE
 from stages.body import SPEC
 from stages.body.acquire import acquire
 from stages.body.config import Config
@@ -15,6 +15,7 @@ from stages.body.motion import FPS
 from stages.body.parts import divide
 from stages.body.sampling import draw_betas
 from stages.body.sequence import judge, stand_at_rest
+from stages.body_model import body_model_attrs, load_body_model
 from stages.settings import build
 from stages.spec import Progress, Task
 from store import publish
@@ -35,7 +36,7 @@ def run(task: Task, progress: Progress) -> dict[str, Any]:
         DataError: The motion can't be used, or the person's limbs can't be freed.
     """
     config = build(Config, task.config)
-    model = load_free_body(task.params["gender"])
+    model = load_body_model(task.params)
     betas = draw_betas(config.shape_range, config.betas, np.random.default_rng(task.seed))
     name, action, motion = "rest", "rest", stand_at_rest()
     figures: dict[str, float] = {}
@@ -59,6 +60,7 @@ def run(task: Task, progress: Progress) -> dict[str, Any]:
         "rest_vertices": model.pose(betas, REST_POSE[None], np.zeros((1, 3)))[0],
     }
     attrs = {"gender": model.gender, "motion": name, "action": action, "fps": FPS, "kind": task.kind}
+    attrs |= body_model_attrs(task.params)
     publish(Path(task.output), SPEC.schema, task.key, arrays, attrs | {"seed": task.seed, "opening": figures})
     progress(16, 16, "published")
     return {"frames": len(motion), "action": action, **figures}

@@ -7,8 +7,9 @@ from typing import Any
 import numpy as np
 
 import store
-from model.body import REST_POSE, load_free_body
+from model.body import REST_POSE
 from model.body.layer import garment_layer
+from stages.body_model import body_model_attrs, load_body_model
 from stages.encode import SPEC
 from stages.encode.config import EncodeConfig
 from stages.encode.garment import Rows, encode_garment
@@ -25,7 +26,7 @@ def run(task: Task, progress: Progress) -> dict[str, Any]:
     config = build(EncodeConfig, task.config)
     body, outfit, register = (_read(task, stage) for stage in ("body", "outfit", "register"))
     simulate = _read(task, "simulate") if "simulate" in task.inputs else None
-    layer = garment_layer(load_free_body(body.attrs["gender"])).model
+    layer = garment_layer(load_body_model(body.attrs)).model
     betas, still = body["betas"], np.zeros((1, 3))
     frames = slice(0, None, config.every)
     pose, trans = body["pose"][frames], body["trans"][frames]
@@ -54,6 +55,7 @@ def run(task: Task, progress: Progress) -> dict[str, Any]:
         made, found = outfit.attrs["garments"][name], register.attrs["garments"][name]
         attrs[name] = {"type": found["type"], "topology": found["topology"], "fabric": made["fabric"]}
     meta = {"gender": body.attrs["gender"], "tightness": outfit.attrs["tightness"], "garments": attrs}
+    meta |= body_model_attrs(body.attrs)
     store.publish(task.output, SPEC.schema, task.key, arrays, {**meta, "fps": float(body.attrs["fps"]) / config.every})
     progress(len(names), len(names), "published")
     return {"frames": len(pose) if simulate is not None else 0, "garments": len(names)}

@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from model.body import load_free_body
+from stages.body_model import is_free_body, load_body_model
 from stages.fabrics import load_fabrics
 from stages.outfit import SPEC
 from stages.outfit.config import Config
@@ -33,7 +33,12 @@ def run(task: Task, progress: Progress) -> dict[str, Any]:
     config = build(Config, task.config)
     path, key = task.input("body")
     body = read(path, "body", key)
-    model = load_free_body(body.attrs["gender"])
+    model = load_body_model(body.attrs)
+    if not is_free_body(model):
+        raise DataError(
+            f"{body.path}: the body has {model.vertex_count} vertices, garments are cut for the free body alone; run "
+            "the recipe with --until body, or leave [dataset.body_models] out"
+        )
     betas = np.asarray(body["betas"], dtype=np.float64)
     try:
         plan = draw_plan(task.params["outfit"], config, np.random.default_rng(task.seed))

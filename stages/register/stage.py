@@ -7,8 +7,8 @@ from typing import Any
 import numpy as np
 
 import store
-from model.body import load_free_body
 from model.body.layer import TOPOLOGY, garment_layer
+from stages.body_model import load_body_model
 from stages.register import SPEC
 from stages.register.config import RegisterConfig
 from stages.register.garment import register_garment
@@ -25,7 +25,7 @@ def run(task: Task, progress: Progress) -> dict[str, Any]:
     config = build(RegisterConfig, task.config)
     outfit = store.read(*_input(task, "outfit"))
     body = store.read_header(*_input(task, "body"))
-    layer = garment_layer(load_free_body(body.attrs["gender"]))
+    layer = garment_layer(load_body_model(body.attrs))
     rng = np.random.default_rng(task.seed)
     arrays: dict[str, np.ndarray] = {}
     attrs: dict[str, dict[str, Any]] = {}

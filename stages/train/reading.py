@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 import store
+from model.body import GENDERS
 from stages.spec import DataError, Progress, Task
 from stages.train.records import Record, WornGarment
 
@@ -29,6 +30,17 @@ def read_records(task: Task, frames: int, vertex_count: int, progress: Progress)
         with store.open_shard(Path(entry["path"]), "encode", entry["key"]) as shard:
             records.append(_record(item, items[item], shard, frames, vertex_count))
     return records
+
+
+def wearers(task: Task) -> dict[str, dict[str, Any]]:
+    """What the shards say of the body model of each gender; the free body's gender alone where there is nobody."""
+    found: dict[str, dict[str, Any]] = {}
+    for _, entry in sorted(task.inputs["encode"].items()):
+        attrs = store.read_header(Path(entry["path"]), "encode", entry["key"]).attrs
+        found.setdefault(attrs["gender"], attrs)
+        if len(found) == len(GENDERS):
+            break
+    return {gender: found.get(gender, {"gender": gender}) for gender in GENDERS}
 
 
 def _record(item: str, about: dict[str, str], shard: store.Shard, most: int, vertex_count: int) -> Record:

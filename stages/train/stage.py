@@ -9,13 +9,13 @@ from typing import Any
 import numpy as np
 
 import store
-from model.body import GENDERS, load_free_body
 from model.body.layer import garment_layer
+from stages.body_model import load_body_model
 from stages.settings import build
 from stages.spec import DataError, Progress, Task
 from stages.train import packing
 from stages.train.config import TrainConfig
-from stages.train.reading import read_records
+from stages.train.reading import read_records, wearers
 from stages.train.study import conduct
 
 
@@ -29,7 +29,7 @@ def run(task: Task, progress: Progress) -> dict[str, Any]:
         DataError: If the items cannot be trained on.
     """
     config = build(TrainConfig, task.config)
-    bodies = {gender: load_free_body(gender) for gender in GENDERS}
+    bodies = {gender: load_body_model(about) for gender, about in wearers(task).items()}
     layers = {gender: garment_layer(body) for gender, body in bodies.items()}
     count = next(iter(layers.values())).vertex_count
     records = read_records(task, config.frames_per_sequence, count, progress)

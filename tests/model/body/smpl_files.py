@@ -6,8 +6,10 @@ import sys
 import types
 from collections.abc import Iterator
 from contextlib import contextmanager
+from functools import lru_cache
 from typing import Any, ClassVar
 
+import igl
 import numpy as np
 import scipy.sparse as sp
 
@@ -154,3 +156,31 @@ def with_chumpy(arrays: Arrays, python2: bool = True, protocol: int = 2) -> byte
             "J": ch.Ch(x=np.zeros((24, 3))),
         }
         return (as_python2 if python2 else as_pickle)(changed, protocol)
+
+
+@lru_cache(maxsize=2)
+def human_model(gender: str = "female", vertices: int = 6890) -> Arrays:
+    """The free body on fewer vertices, as a file of SMPL would hold it: another topology, and correctives of its own.
+
+    Joints come from a regressor, as in SMPL: that of each joint is the least one on the skin around it which gives its
+    place. The correctives are random and small.
+    """
+    body = load_free_body(gender)
+    v, f = body.v_template.astype(np.float64), body.faces.astype(np.int64)
+    _, faces, _, kept = igl.decimate(v, f, 2 * vertices - 4)[-4:]
+    template = v[kept]
+    regressor = np.zeros((24, len(kept)))
+    for k, joint in enumerate(body.joint_template):
+        near = np.argsort(((template - joint) ** 2).sum(axis=1))[:200]
+        places = np.concatenate([template[near].T, np.ones((1, 200))])
+        regressor[k, near] = np.linalg.lstsq(places, [*joint, 1.0], rcond=None)[0]
+    rng = np.random.default_rng(9)
+    return {
+        "v_template": template,
+        "shapedirs": body.shapedirs[kept].astype(np.float64),
+        "posedirs": rng.normal(0.0, 1e-4, (len(kept), 3, 207)),
+        "J_regressor": sp.csc_matrix(regressor),
+        "weights": body.weights[kept].astype(np.float64),
+        "kintree_table": np.stack([np.where(PARENTS < 0, 2**32 - 1, PARENTS), np.arange(24)]).astype(np.uint32),
+        "f": faces.astype(np.uint32),
+    }
