@@ -37,6 +37,9 @@ LARGEST_BIAS = np.deg2rad(15.0)
 TOE_LIMIT = np.deg2rad(55.0)
 """Greatest bend of the toes [rad]."""
 
+TOUCH = 3e-3
+"""Skin lower than this over the lowest point of a standing foot touches the ground [m]."""
+
 BLEND = 1.2
 """Standard deviation in time with which the correction of a foot's attitude comes and goes [frames]."""
 
@@ -164,7 +167,7 @@ def _settle(angles: Array, planted: Mask, bias: float) -> tuple[Array, Array]:
 def _hold(foot: _Foot, toes: Array, planted: Mask) -> Array:
     """Ankle path of a foot that doesn't slide while planted and never sinks [m], shape [T, 3].
 
-    From frame to frame a standing foot turns about its lowest point. The path that this gives is laid through the
+    From frame to frame the skin that touches the ground in both stays where it is. The path that this gives is laid through the
     recorded one by its mean; between two contacts the correction goes over from the one to the other.
     """
     rotation = foot.rotation()
@@ -176,8 +179,9 @@ def _hold(foot: _Foot, toes: Array, planted: Mask) -> Array:
     for start, stop in _runs(planted):
         path = np.zeros((stop - start, 3))
         for t in range(start + 1, stop):
-            pivot = int(turned[t - 1, :, 1].argmin())
-            path[t - start] = path[t - start - 1] - (turned[t, pivot] - turned[t - 1, pivot])
+            height = (turned[t - 1 : t + 1, :, 1] - lowest[t - 1 : t + 1, None]).max(axis=0)
+            touching = height < max(TOUCH, height.min() + 1e-9)
+            path[t - start] = path[t - start - 1] - np.median(turned[t, touching] - turned[t - 1, touching], axis=0)
         path += (foot.ankle[start:stop] - path).mean(axis=0)
         path[:, 1] = -lowest[start:stop]
         correction[start:stop] = path - foot.ankle[start:stop]
