@@ -124,7 +124,14 @@ def _skin_fixed(points: Array, weights: Array, transforms: Array) -> Array:
 def _skin_moving(points: Array, weights: Array, transforms: Array) -> Array:
     """Skins points [T, N, 3] that pose correctives move before skinning."""
     out = np.empty_like(points)
-    for t, frame in enumerate(transforms):
-        blended = (weights @ frame.reshape(len(frame), 12)).reshape(-1, 3, 4)
-        out[t] = (blended[:, :, :3] @ points[t][:, :, None])[..., 0] + blended[:, :, 3]
+    columns = np.ascontiguousarray(weights.T)
+    for start in range(0, len(transforms), FRAMES_PER_CHUNK):
+        chunk = transforms[start : start + FRAMES_PER_CHUNK]
+        rows = np.ascontiguousarray(chunk.transpose(0, 2, 3, 1)).reshape(-1, len(columns))
+        # Vertices last: all that follows runs along contiguous rows of them.
+        blended = (rows @ columns).reshape(len(chunk), 3, 4, -1)
+        x, y, z = np.ascontiguousarray(points[start : start + len(chunk)].transpose(2, 0, 1))
+        for axis in range(3):
+            turned = blended[:, axis, 0] * x + blended[:, axis, 1] * y + blended[:, axis, 2] * z
+            out[start : start + len(chunk), :, axis] = turned + blended[:, axis, 3]
     return out

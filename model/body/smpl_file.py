@@ -16,6 +16,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import scipy.sparse as sp
 from numpy.typing import NDArray
 
 from model.body.extra_joints import KEPT, fold_correctives, fold_weights, kept_joints, tree_of
@@ -178,8 +179,10 @@ def _model(arrays: _Arrays, gender: str, beta_count: int | None) -> BodyModel:
         posedirs = fold_correctives(posedirs, joints) if posedirs.any() else None
     kept = kept_joints(joints)
     # J (v + S b) = J v + (J S) b: the joints are as linear in the betas as the vertices are.
-    joint_template = (regressor @ template)[kept]
-    joint_shapedirs = np.einsum("kv,vdb->kdb", regressor[kept], shapes, optimize=True)
+    # Sparse products add in one order; dense ones in another with another number of threads.
+    rows = sp.csr_array(regressor[kept])
+    joint_template = rows @ template
+    joint_shapedirs = (rows @ shapes.reshape(count, -1)).reshape(len(kept), 3, -1)
     _check_frame(joint_template, template)
     model = BodyModel(
         gender=gender,
