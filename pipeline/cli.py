@@ -64,7 +64,7 @@ def _parser() -> argparse.ArgumentParser:
         command = commands.add_parser(name, help=text, description=text)
         command.set_defaults(command=function)
         command.add_argument("recipe", type=Path)
-        command.add_argument("--motion", type=Path, metavar="FILE", help="BVH file in place of every sequence's motion")
+        command.add_argument("--motion", type=Path, metavar="FILE", help="motion file for every sequence")
         command.add_argument("--frames", type=int, metavar="N", help="frames of every given sequence")
         command.add_argument("--output", type=Path, metavar="DIR", help="folder in place of the recipe's output")
         command.add_argument("--only", nargs="+", default=[], metavar="ID", help="only these items")
@@ -87,7 +87,7 @@ def _load(given: argparse.Namespace, catalog: Catalog) -> tuple[Recipe, list[Ite
     if given.motion is not None and given.output is None:
         output = output.with_name(f"{output.name}-{given.motion.stem}")
     recipe = Recipe(recipe.path, recipe.dataset, recipe.sections, output)
-    motion_files = MotionFiles(output / "motions.json")
+    motion_files = MotionFiles(output / "motions.json", getattr(recipe.sections.get("body"), "rate", 120.0))
     where = f"{recipe.path} [dataset]"
     items = collect(recipe.dataset, where, motion_files, motion=given.motion, frames=given.frames)
     motion_files.save()

@@ -17,7 +17,7 @@ class SequenceEntry:
     gender: str = field(metadata={"choices": GENDERS})
     """Gender of the body."""
     motion: str
-    """Name of an embedded motion, or path of a BVH file."""
+    """Name of an embedded motion, or path of a motion file: BVH, AMC, npz (`file.npz:sequence` for one of many)."""
     outfit: str = field(default="random", metadata={"choices": (*OUTFITS, "random")})
     """Kind of outfit."""
     start: int = field(default=0, metadata={"ge": 0})
@@ -55,7 +55,9 @@ class Dataset:
     sequences: int = field(default=0, metadata={"ge": 0})
     """Number of sequences to draw from `motions`, besides those given."""
     motions: str = ""
-    """Folder of BVH files, or a pattern such as `motion/*_walk.bvh`."""
+    """Folder of motion files, or a pattern such as `motion/*_walk.bvh`."""
+    labels: str = ""
+    """File that tells the actions of motions, such as CMU's index: in each line a motion's name, then its label."""
     frames: int = field(default=300, metadata={"ge": 1})
     """Length of a drawn sequence, at 30 fps [frames]; a clip is cut into as many as it has, the last one shorter."""
     shortest: int = field(default=30, metadata={"ge": 1})
@@ -75,6 +77,6 @@ class Dataset:
         if not self.sequence and not self.sequences and not self.statics:
             raise ValueError("there are no items: give [[dataset.sequence]], sequences and motions, or statics")
         if self.sequences and not self.motions:
-            raise ValueError(f"motions is missing: sequences = {self.sequences} are drawn from a folder of BVH files")
+            raise ValueError(f"motions is missing: sequences = {self.sequences} are drawn from motion files")
         if not self.outfits:
             raise ValueError("outfits must name one kind at least, got []")

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import re
+from collections import Counter
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -11,7 +12,9 @@ from typing import Any
 
 from pipeline.dataset import Dataset, SequenceEntry
 from pipeline.errors import PipelineError
-from pipeline.motion import MotionFiles
+from pipeline.labels import Labels, read_labels
+from pipeline.motion import MotionFiles, file_of
+from stages.spec import DataError
 
 DATASET_ITEM = "all"  # the item of stages that run once, over every item
 
@@ -23,7 +26,8 @@ class Item:
     Attributes:
         id: Name, unique in the dataset.
         kind: "sequence" or "static".
-        params: gender, outfit, split; for sequences also motion, motion_sha256, start and frames (at 30 fps).
+        params: gender, outfit, split; for sequences also motion, motion_sha256, start and frames (at 30 fps), and
+            action if a list of labels tells it.
     """
 
     id: str
@@ -40,7 +44,7 @@ def collect(
         dataset: The recipe's section.
         where: The section's place, for messages.
         motion_files: Reader of motion files.
-        motion: A BVH file that replaces every sequence's motion.
+        motion: A motion file that replaces every sequence's motion.
         frames: Length that replaces every given sequence's own [frames].
 
     Raises:
@@ -51,7 +55,8 @@ def collect(
         entries += _drawn(dataset, where, motion_files)
     if motion is not None:
         entries = [replace(entry, motion=str(motion), start=0) for entry in entries]
-    sequences = [_sequence(entry, f"{where} sequence {entry.id!r}", motion_files) for entry in entries]
+    labels = read_labels(dataset.labels, where)
+    sequences = [_sequence(entry, f"{where} sequence {entry.id!r}", motion_files, labels) for entry in entries]
     statics = [_static(dataset, index) for index in range(dataset.statics)]
     _check_ids([*sequences, *statics], where)
     for kind in (sequences, statics):
@@ -61,10 +66,10 @@ def collect(
 
 def is_file(motion: str) -> bool:
     """Whether `motion` names a file; a bare word names an embedded motion."""
-    return "/" in motion or motion.lower().endswith(".bvh")
+    return "/" in motion or file_of(Path(motion)).suffix.lower() in (".bvh", ".amc", ".npz")
 
 
-def _sequence(entry: SequenceEntry, where: str, motion_files: MotionFiles) -> Item:
+def _sequence(entry: SequenceEntry, where: str, motion_files: MotionFiles, labels: Labels) -> Item:
     params: dict[str, Any] = {"gender": entry.gender, "outfit": entry.outfit, "split": entry.split}
     params |= {"motion": entry.motion, "motion_sha256": "", "start": entry.start, "frames": entry.frames}
     if is_file(entry.motion):
@@ -74,6 +79,8 @@ def _sequence(entry: SequenceEntry, where: str, motion_files: MotionFiles) -> It
             raise PipelineError(f"{where}: start must be < {limit}, got {entry.start}")
         params |= {"motion": str(found.path), "motion_sha256": found.sha256}
         params["frames"] = min(entry.frames, found.frames - entry.start)
+        if label := labels.of(str(found.path)):
+            params["action"] = label
     return Item(entry.id, "sequence", params)
 
 
@@ -90,12 +97,12 @@ def _drawn(dataset: Dataset, where: str, motion_files: MotionFiles) -> list[Sequ
     """Cut every clip into pieces and take as many as asked for, in an order that is random and yet each piece's own:
     a clip that is added or removed leaves the other choices alone."""
     pieces: list[tuple[str, str, int, int]] = []
-    for path in _clips(dataset.motions, where):
+    for name, path in _clips(dataset.motions, where):
         found = motion_files(path, where)
         for number, start in enumerate(range(0, found.frames, dataset.frames)):
             frames = min(dataset.frames, found.frames - start)
             if frames >= dataset.shortest:
-                pieces.append((f"{path.stem}_s{number}", str(path), start, frames))
+                pieces.append((f"{name}_s{number}", path, start, frames))
     if not pieces:
         raise PipelineError(f"{where}: motions = {dataset.motions!r} has no clip of {dataset.shortest} frames or more")
     pieces.sort(key=lambda piece: _chance(dataset.seed, "order", piece[0]))
@@ -110,19 +117,34 @@ def _drawn(dataset: Dataset, where: str, motion_files: MotionFiles) -> list[Sequ
     return entries
 
 
-def _clips(motions: str, where: str) -> list[Path]:
+def _clips(motions: str, where: str) -> list[tuple[str, str]]:
+    """Names and paths of all motions in a folder or of a pattern; an .npz file may hold many, or none."""
+    from stages.body.readers.survey import motions_in, title
+
     folder = Path(motions).expanduser()
     if folder.is_dir():
-        found = folder.glob("**/*.bvh")
+        found = folder.glob("**/*")
     elif any(sign in motions for sign in "*?["):
         base = Path(folder.anchor) if folder.is_absolute() else Path()
         found = base.glob(str(folder.relative_to(folder.anchor) if folder.is_absolute() else folder))
     else:
-        raise PipelineError(f"{where}: motions = {motions!r}: no such folder; name a folder of BVH files or a pattern")
-    clips = sorted(path for path in found if path.is_file())
+        kinds = "name a folder of motion files or a pattern"
+        raise PipelineError(f"{where}: motions = {motions!r}: no such folder; {kinds}")
+    try:
+        clips = [clip for path in sorted(found) if path.is_file() for clip in motions_in(path)]
+    except DataError as error:
+        raise PipelineError(f"{where}: motions = {motions!r}: {error}") from None
     if not clips:
-        raise PipelineError(f"{where}: motions = {motions!r} has no BVH files; name a folder of BVH files or a pattern")
-    return clips
+        kinds = "name a folder of BVH, AMC or npz files, or a pattern"
+        raise PipelineError(f"{where}: motions = {motions!r} has no motion files; {kinds}")
+    names = Counter(title(clip) for clip in clips)
+    return [(_id(clip, title(clip), names[title(clip)] > 1), clip) for clip in clips]
+
+
+def _id(clip: str, name: str, shared: bool) -> str:
+    """A motion's name as an id has it; if several files share it, with their folder's name before it."""
+    full = f"{Path(clip).parent.name}_{name}" if shared else name
+    return re.sub(r"[^A-Za-z0-9_.\-]", "_", full)
 
 
 def _split(dataset: Dataset, items: list[Item]) -> None:

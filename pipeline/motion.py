@@ -1,4 +1,7 @@
-"""What planning must know of a motion file: that it is one, how long it is, and its hash. Not its contents' meaning."""
+"""What planning must know of a motion file: that it is one, how long it is, and its hash. Not its contents' meaning.
+
+BVH files, of which there may be thousands, are counted by their lines; the readers of the stage `body` count others.
+"""
 
 from __future__ import annotations
 
@@ -9,6 +12,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from pipeline.errors import PipelineError
+from stages.spec import DataError
 from store.atomic import replace_file
 
 FPS = 30  # frames per second of everything made
@@ -19,7 +23,7 @@ class Motion:
     """A motion file.
 
     Attributes:
-        path: Absolute path.
+        path: Absolute path; `file.npz:sequence` for one of many in a file.
         sha256: Hash of its content, in hex.
         frames: Number of frames at 30 fps.
     """
@@ -30,11 +34,17 @@ class Motion:
 
 
 class MotionFiles:
-    """Reads motion files, each once: sizes, times and results are kept in a cache file between runs."""
+    """Reads motion files, each once: sizes, times and results are kept in a cache file between runs.
 
-    def __init__(self, cache: Path) -> None:
+    Args:
+        cache: The cache file.
+        rate: Frames per second of files that don't tell theirs.
+    """
+
+    def __init__(self, cache: Path, rate: float = 120.0) -> None:
         self._cache = cache
-        self._known: dict[str, list[int | str]] = {}
+        self._rate = rate
+        self._known: dict[str, list[int | float | str]] = {}
         self._changed = False
         try:
             self._known = json.loads(cache.read_text())
@@ -45,21 +55,28 @@ class MotionFiles:
         """The motion at `path`, which `where` in the recipe asks for.
 
         Raises:
-            PipelineError: It's missing, empty, truncated or no BVH file; one line.
+            PipelineError: It's missing, empty, truncated or no motion file; one line.
         """
         path = Path(path).absolute()
-        try:
-            about = path.stat()
-        except OSError as error:
-            raise PipelineError(f"{where}: {path}: {error.strerror}; name an existing BVH file") from None
-        stamp = [about.st_size, about.st_mtime_ns]
+        stamp: list[int | float | str] = [self._stamp(path, where), self._rate]
         entry = self._known.get(str(path))
         if entry is None or entry[:2] != stamp:
-            motion = read_motion(path, where)
+            motion = read_motion(path, where, self._rate)
             self._known[str(path)] = [*stamp, motion.sha256, motion.frames]
             self._changed = True
             return motion
         return Motion(path, str(entry[2]), int(entry[3]))
+
+    def _stamp(self, path: Path, where: str) -> str:
+        """Sizes and times of all that a motion is read from."""
+        file = file_of(path)
+        try:
+            files = [file.stat()]
+            if file.suffix.lower() == ".amc":
+                files += [skeleton.stat() for skeleton in sorted(file.parent.glob("*.[aA][sS][fF]"))]
+        except OSError as error:
+            raise PipelineError(f"{where}: {path}: {error.strerror}; name an existing motion file") from None
+        return " ".join(f"{about.st_size} {about.st_mtime_ns}" for about in files)
 
     def save(self) -> None:
         """Write the cache, if there is something new in it."""
@@ -67,16 +84,29 @@ class MotionFiles:
             replace_file(self._cache, json.dumps(self._known).encode())
 
 
-def read_motion(path: Path, where: str) -> Motion:
-    """Check that `path` is a whole BVH file and count its frames at 30 fps.
+def file_of(path: Path) -> Path:
+    """The file of a motion: what stands before the colon, where one of many in a file is named."""
+    head, colon, _ = path.name.rpartition(":")
+    return path.with_name(head) if colon and head.lower().endswith(".npz") else path
+
+
+def read_motion(path: Path, where: str, rate: float = 120.0) -> Motion:
+    """Check that `path` is a whole motion file and count its frames at 30 fps.
 
     Raises:
-        PipelineError: It can't be read, or is empty, truncated or no BVH file; one line.
+        PipelineError: It can't be read, or is empty, truncated or no motion file; one line.
     """
+    if file_of(path).suffix.lower() != ".bvh":
+        from stages.body.readers.survey import fingerprint, frames_of
+
+        try:
+            return Motion(path, fingerprint(path), frames_of(path, rate))
+        except DataError as error:
+            raise PipelineError(f"{where}: {error}") from None
     try:
         content = path.read_bytes()
     except OSError as error:
-        raise PipelineError(f"{where}: {path}: {error.strerror}; name an existing BVH file") from None
+        raise PipelineError(f"{where}: {path}: {error.strerror}; name an existing motion file") from None
     problem = ""
     frames = 0
     try:

@@ -22,7 +22,7 @@ from stages.body.config import BETA_COUNT
 from stages.body.fidelity import compare
 from stages.body.figure import measure
 from stages.body.motion import FPS
-from stages.body.readers import DEFAULT_RATE, read_motion, split_name
+from stages.body.readers import DEFAULT_RATE, read_motion, split_name, title
 from stages.body.sequence import embedded, prepared, put_on
 from stages.body.sticks import beside, bones
 from stages.report.film import write_film
@@ -72,13 +72,13 @@ def preview(given: argparse.Namespace) -> Iterator[str]:
     betas = np.zeros(BETA_COUNT)
     betas[: len(given.betas)] = given.betas
     figure = measure(model, betas)
-    path, inside = split_name(given.motion)
+    path, _ = split_name(given.motion)
     panels: list[Surface] = []
     if path.name == given.motion and not path.suffix:
         name, motion = given.motion, embedded(figure, given.motion)
         yield f"{name}: {len(motion)} frames, embedded"
     else:
-        name = inside or path.stem
+        name = title(given.motion)
         recording = read_motion(given.motion, joints=_table(given.joint), rate=given.rate)
         at_30, mended = prepared(recording, path.name)
         motion = put_on(figure, at_30, path.name)

@@ -7,7 +7,7 @@ from typing import Any
 from stages.body.actions import action_of
 from stages.body.figure import Figure
 from stages.body.motion import Motion
-from stages.body.readers import fingerprint, read_motion, split_name
+from stages.body.readers import fingerprint, read_motion, split_name, title
 from stages.body.sequence import cut, embedded, recorded
 from stages.spec import DataError
 
@@ -30,13 +30,13 @@ def acquire(
         DataError: There is no such motion, it can't be used, or it has changed since the run was planned.
     """
     motion, start, frames = (params[name] for name in ("motion", "start", "frames"))
-    path, inside = split_name(motion)
+    path, _ = split_name(motion)
     if path.name == motion and not path.suffix:
         return cut(embedded(figure, motion), start, frames, motion, whole=True), motion, action_of(motion)
     wanted = params["motion_sha256"]
     if wanted and fingerprint(motion) != wanted:
         raise DataError(f"{path.name}: the file has changed since the run was planned; plan again")
-    name = inside or path.stem
+    name = title(motion)
     whole = recorded(figure, read_motion(motion, joints=joints, rate=rate), Path(motion).name)
     part = cut(whole, start, frames, Path(motion).name, whole=False)
     return part, name, params.get("action", "") or action_of(name)

@@ -167,8 +167,8 @@ def _settle(angles: Array, planted: Mask, bias: float) -> tuple[Array, Array]:
 def _hold(foot: _Foot, toes: Array, planted: Mask) -> Array:
     """Ankle path of a foot that doesn't slide while planted and never sinks [m], shape [T, 3].
 
-    From frame to frame the skin that touches the ground in both stays where it is. The path that this gives is laid through the
-    recorded one by its mean; between two contacts the correction goes over from the one to the other.
+    From frame to frame the skin that touches the ground in both stays where it is. The path that this gives is laid
+    through the recorded one by its mean; between two contacts the correction goes over from the one to the other.
     """
     rotation = foot.rotation()
     points = _bent(foot.sole, toes)

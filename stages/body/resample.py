@@ -13,6 +13,11 @@ SLACK = 1e-3
 """Share of a frame by which the last frame may lie beyond the recording: 1/120 s is often written as .0083333."""
 
 
+def frames_at_30(count: int, frame_time: float) -> int:
+    """Number of frames at 30 fps of a recording of so many frames, this time apart [s]."""
+    return int(np.floor((count - 1) * frame_time * FPS + SLACK)) + 1
+
+
 def resample(recording: Recording) -> Recording:
     """The recording at 30 fps.
 
@@ -23,7 +28,7 @@ def resample(recording: Recording) -> Recording:
         The recording at the times 0, 1/30 s, 2/30 s... up to its end.
     """
     count = len(recording.rotations)
-    frames = int(np.floor((count - 1) * recording.frame_time * FPS + SLACK)) + 1
+    frames = frames_at_30(count, recording.frame_time)
     at = np.minimum(np.arange(frames) / (FPS * recording.frame_time), count - 1)
     if count == 1:
         return replace(recording, frame_time=1 / FPS)

@@ -139,9 +139,9 @@ def test_what_is_not_there_is_named(tmp_path: Path, clips: Path) -> None:
             _collect(Dataset(name="d", **given), tmp_path)  # type: ignore[arg-type]
 
     one = {"id": "one", "gender": "female"}
-    refused(r"no.bvh: No such file .*; name an existing BVH file", sequence=(SequenceEntry(**one, motion="no.bvh"),))
+    refused(r"no.bvh: No such file .*; name an existing motion file", sequence=(SequenceEntry(**one, motion="no.bvh"),))
     refused("motions = 'none': no such folder", motions="none", sequences=1)
-    refused("has no BVH files", motions=str(clips / "*.c3d"), sequences=1)
+    refused("has no motion files", motions=str(clips / "*.c3d"), sequences=1)
     refused("has no clip of 999 frames", motions=str(clips), sequences=1, shortest=999)
     refused("start must be < 95", sequence=(SequenceEntry(**one, motion=str(clips / "c.bvh"), start=95),))
     refused("id 'one' stands there twice", sequence=(SequenceEntry(**one, motion="walk"),) * 2)

@@ -56,7 +56,7 @@ def test_what_is_left_out_takes_its_default(tmp_path: Path, catalog: Catalog) ->
             "[dataset]: sequence: gender is missing (Gender of the body)",
         ),
         ("[yarn]\nlength = ", "r.toml: not valid TOML: "),
-        ("sequences = 3", "r.toml [dataset]: motions is missing: sequences = 3 are drawn from a folder of BVH files"),
+        ("sequences = 3", "r.toml [dataset]: motions is missing: sequences = 3 are drawn from motion files"),
     ],
 )
 def test_a_bad_recipe_is_refused_in_one_line(tmp_path: Path, catalog: Catalog, text: str, message: str) -> None:

@@ -239,5 +239,5 @@ def test_clean_wants_to_know_what(mill: Mill) -> None:
 
 def test_a_missing_motion_is_found_while_planning(mill: Mill) -> None:
     code, _, err = mill("run", "--motion", "none.bvh")
-    assert code == 1 and err.endswith("none.bvh: No such file or directory; name an existing BVH file\n")
+    assert code == 1 and err.endswith("none.bvh: No such file or directory; name an existing motion file\n")
     assert not mill.output.exists()

@@ -20,7 +20,7 @@ DEFAULT_RATE = 120.0
 
 NO_TABLE: Mapping[str, str] = {}
 
-__all__ = ["DEFAULT_RATE", "SUFFIXES", "Recording", "fingerprint", "read_motion", "split_name"]
+__all__ = ["DEFAULT_RATE", "SUFFIXES", "Recording", "fingerprint", "read_any", "read_motion", "split_name", "title"]
 
 
 def split_name(motion: str) -> tuple[Path, str]:
@@ -46,20 +46,33 @@ def read_motion(motion: Path | str, *, joints: Mapping[str, str] = NO_TABLE, rat
     Raises:
         DataError: The file can't be used: what is wrong, where, and what to do about it, in one line.
     """
+    name = split_name(str(motion))[0].name
+    recording = rename(read_any(motion, rate), joints, name)
+    refuse_missing(recording.names, name)
+    return recording
+
+
+def read_any(motion: Path | str, rate: float = DEFAULT_RATE) -> Recording:
+    """Reads a motion file, whatever its skeleton; see `read_motion`."""
     path, sequence = split_name(str(motion))
     kind = path.suffix.lower()
     if kind == ".bvh":
-        recording = read_bvh(path)
-    elif kind == ".amc":
-        recording = read_amc(path, rate)
-    elif kind == ".npz":
-        recording = read_npz(path, rate, sequence)
-    else:
-        hint = "name the .amc file that moves it" if kind == ".asf" else f"known endings: {', '.join(SUFFIXES)}"
-        raise DataError(f"{path.name}: is no motion file that can be read; {hint}")
-    recording = rename(recording, joints, path.name)
-    refuse_missing(recording.names, path.name)
-    return recording
+        return read_bvh(path)
+    if kind == ".amc":
+        return read_amc(path, rate)
+    if kind == ".npz":
+        return read_npz(path, rate, sequence)
+    hint = "name the .amc file that moves it" if kind == ".asf" else f"known endings: {', '.join(SUFFIXES)}"
+    raise DataError(f"{path.name}: is no motion file that can be read; {hint}")
+
+
+def title(motion: Path | str) -> str:
+    """A motion's name: its sequence's, else its file's, without what AMASS adds to it: `01_01` of `01_01_poses.npz`."""
+    path, sequence = split_name(str(motion))
+    name = sequence or path.stem
+    if path.suffix.lower() == ".npz":
+        name = name.removesuffix("_poses").removesuffix("_stageii").removesuffix(" poses")
+    return name
 
 
 def fingerprint(motion: Path | str) -> str:

@@ -143,6 +143,18 @@ class _Arrays:
         return values
 
 
+def motions_of(path: Path) -> list[str]:
+    """Names of the sequences of a file, "" for the one motion of a file that isn't SURREAL's; none without poses.
+
+    Raises:
+        DataError: The file can't be read.
+    """
+    names = _Arrays(path).names
+    if {"poses", "pose", "pose_body"} & set(names):
+        return [""]
+    return sequences_of(names)
+
+
 def sequences_of(names: list[str]) -> list[str]:
     """Names of the sequences of a SURREAL file, from the names of its arrays."""
     return sorted(n.removeprefix("pose_") for n in names if n.startswith("pose_") and f"trans_{n[5:]}" in names)
