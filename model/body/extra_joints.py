@@ -28,7 +28,7 @@ FINGERS = ("index", "middle", "pinky", "ring", "thumb")
 """Order of a hand's fingers, three joints each, in SMPL-H and SMPL-X."""
 
 _HEAD, _WRISTS, _HANDS = 15, (20, 21), (22, 23)
-_ROOTS = (-1, 2**32 - 1)
+_ROOTS = (-1.0, 2.0**32 - 1, 2.0**64)
 _REMEDY = "name a file of SMPL, SMPL-H or SMPL-X"
 
 
@@ -36,8 +36,8 @@ def tree_of(table: NDArray[np.float64]) -> NDArray[np.int64]:
     """The kinematic tree of a file.
 
     Args:
-        table: `kintree_table`: parents above joints, shape [2, K]; the root's parent is -1, or 4294967295, the same
-            number without a sign.
+        table: `kintree_table`: parents above joints, shape [2, K]; the root's parent is -1, or 4294967295 or
+            18446744073709551615, the same number without a sign.
 
     Returns:
         Parent of each joint in the order of the columns, -1 for the root, shape [K].

@@ -16,7 +16,7 @@ from typing import Any
 
 from model.body.refusal import BodyFileError
 
-MOST_OPCODES = 200_000
+MOST_OPCODES = 500_000
 """Longest program; a model of SMPL has a few thousand. It bounds the time to about a second."""
 
 MOST_BYTES = 2**30

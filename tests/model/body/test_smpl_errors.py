@@ -198,7 +198,7 @@ PICKLES: dict[str, tuple[bytes, str]] = {
     "nothing remembered": (b"\x80\x02h\x07.", "damaged"),
     "a call of a text": (b"\x80\x02U\x01x)R.", "damaged"),
     "a text that isn't UTF-8": (b"\x80\x02X\x01\x00\x00\x00\xff.", "damaged"),
-    "endless": (b"\x80\x02" + b"N0" * 200_000 + b".", "more than 200000 opcodes"),
+    "endless": (b"\x80\x02" + b"N0" * 250_000 + b".", "more than 500000 opcodes"),
     "deep": (b"\x80\x02" + b"N" + b"\x85" * 190_000 + b".", "holds a list, not"),
     "a deep key": (b"\x80\x02}N" + b"\x85" * 190_000 + b"Ns.", "v_template is missing, there is nothing"),
     "a list in itself": (b"\x80\x02}U\nv_template]q\x00h\x00as.", "v_template is a list, not"),

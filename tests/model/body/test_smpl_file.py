@@ -89,6 +89,7 @@ def test_memory_order_number_type_and_root_do_not_matter() -> None:
     }
     assert_same(read(as_npz(made)), read(as_npz(shuffled)))
     assert_same(read(as_npz(made)), read(as_pickle(shuffled)))
+    assert_same(read(as_npz(made)), read(as_npz(made | {"kintree_table": signed.astype(np.uint64)})))
     swapped = made | {"v_template": made["v_template"].astype(">f8")}
     assert_same(read(as_npz(made)), read(as_python2(swapped)))
 
