@@ -56,7 +56,7 @@ def as_array(value: Any, depth: int = 0) -> NDArray[Any]:
         if depth >= DEEPEST:
             raise BodyFileError(f"has objects of chumpy more than {DEEPEST} deep")
         return _chumpy(value, depth)
-    raise BodyFileError(f"is {value.kind}, not an array")
+    raise BodyFileError(f"is {described(value)}, not an array")
 
 
 def _array(held: Held) -> NDArray[Any]:
@@ -111,7 +111,7 @@ def _dtype(held: Any) -> np.dtype[Any]:
         code = text(held)
     found = re.fullmatch(r"([<>=|]?)(b1|[iu][1248]|f[248])", code)
     if not found or order not in ("<", ">", "=", "|"):
-        raise BodyFileError(f"is an array of type {code or '?'!r}, not of numbers")
+        raise BodyFileError(f"is an array of type {code[:20] or '?'!r}, not of numbers")
     return np.dtype((found[1] or order).replace("|", "=") + found[2])
 
 
@@ -146,7 +146,7 @@ def _chumpy(held: Held, depth: int) -> NDArray[Any]:
 
     def part(name: str) -> Any:
         if name not in state:
-            raise BodyFileError(f"is {held.kind} without {name!r}")
+            raise BodyFileError(f"is {described(held)} without {name!r}")
         return state[name]
 
     match held.kind.name:
@@ -156,7 +156,7 @@ def _chumpy(held: Held, depth: int) -> NDArray[Any]:
             flat = as_array(part("a"), depth + 1).reshape(-1)
             places = as_array(part("idxs"), depth + 1)
             if places.dtype.kind not in "iu" or (places.size and (places.min() < 0 or places.max() >= len(flat))):
-                raise BodyFileError(f"is {held.kind} with an index out of its {len(flat)} places")
+                raise BodyFileError(f"is {described(held)} with an index out of its {len(flat)} places")
             chosen = flat[places]
             return chosen if "preferred_shape" not in state else _reshaped(chosen, state["preferred_shape"], held)
         case "Reshape":
@@ -164,16 +164,16 @@ def _chumpy(held: Held, depth: int) -> NDArray[Any]:
         case "transpose":
             array, axes = as_array(part("a"), depth + 1), state.get("axes")
             if axes is not None and sorted(_shape(axes)) != list(range(array.ndim)):
-                raise BodyFileError(f"is {held.kind} with axes that aren't the array's")
+                raise BodyFileError(f"is {described(held)} with axes that aren't the array's")
             return np.transpose(array, axes)
-    raise BodyFileError(f"is {held.kind}, which is no stored array; write the array itself into the file")
+    raise BodyFileError(f"is {described(held)}, which is no stored array; write the array itself into the file")
 
 
 def _reshaped(array: NDArray[Any], shape: Any, held: Held) -> NDArray[Any]:
     sizes = shape if isinstance(shape, tuple) else (shape,)
     if len(sizes) > 4 or not all(size == -1 or _is_count(size) for size in sizes):
-        raise BodyFileError(f"is {held.kind} with a shape that isn't one")
+        raise BodyFileError(f"is {described(held)} with a shape that isn't one")
     try:
         return array.reshape(sizes)
     except ValueError:
-        raise BodyFileError(f"is {held.kind} of shape {array.shape}, which can't be had as {sizes}") from None
+        raise BodyFileError(f"is {described(held)} of shape {array.shape}, which can't be had as {sizes}") from None

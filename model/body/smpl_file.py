@@ -106,7 +106,9 @@ def parse_smpl(content: bytes, name: str, gender: str, beta_count: int | None = 
     try:
         return _model(_Arrays(content), gender, beta_count)
     except BodyFileError as error:
-        raise BodyFileError(f"{name}: {error}") from None
+        # Names in the file are the file's: they may hold anything, a line's end among it.
+        line = "".join(sign if sign.isprintable() else "?" for sign in str(error))
+        raise BodyFileError(f"{name}: {line}") from None
 
 
 class _Arrays:
@@ -138,7 +140,7 @@ class _Arrays:
             BodyFileError: It is missing, of another shape, or not finite.
         """
         if name not in self._source:
-            there = ", ".join(sorted(self._source)[:12]) or "nothing"
+            there = ", ".join([str(name)[:40] for name in sorted(self._source)[:12]]) or "nothing"
             raise BodyFileError(f"{name} is missing, there is {there}; name a model's file, not a motion or a result")
         try:
             found = self._source[name]

@@ -151,6 +151,7 @@ ARRAYS: dict[str, tuple[Arrays, str]] = {
         {"poses": np.zeros((3, 72)), "trans": np.zeros((3, 3))},
         r"v_template is missing, there is poses",
     ),
+    "odd names": ({"a\nb": MADE["f"], "c" * 999: MADE["f"]}, r"v_template is missing, there is a\?b, c{40};"),
     "nothing": ({}, r"v_template is missing, there is nothing"),
 }
 
