@@ -7,6 +7,8 @@ from stages.simulate.kernels import Array, Int, Real, Value, inline, kernel, put
 
 NO_PAIR = -1.0
 """Gap [m] of what isn't to be kept apart."""
+PULL = 0.5
+"""Stiffness with which crossings are pulled, over that of the springs there."""
 
 
 @inline
@@ -56,16 +58,19 @@ def write_pairs(
             if d.dot(n) < 0:
                 way = -1.0
             keep = thickness
+            crossed = crossing[i] == 1 and crossing[a] + crossing[b] + crossing[c] == 3
             if layer[i] != layer[a]:
                 if n.dot(vec(vertex_normal, i)) > 0.2:
                     way = 1.0
                     if layer[i] < layer[a]:
                         way = -1.0
+                elif crossed:
+                    keep = NO_PAIR
             else:
                 u = closest_on_triangle(vec(rest, i), vec(rest, a), vec(rest, b), vec(rest, c))
                 d = vec(rest, i) - u[0] * vec(rest, a) - u[1] * vec(rest, b) - u[2] * vec(rest, c)
                 keep = ti.min(thickness, 0.7 * d.norm())
-                if crossing[i] == 1 and crossing[a] + crossing[b] + crossing[c] == 3:
+                if crossed:
                     keep = NO_PAIR
             put(side, o, way * n)
             gap[o] = keep
@@ -79,6 +84,7 @@ def write_pairs(
             s, t = st[0], st[1]
             w = (1 - s) * vec(x, a) + s * vec(x, b) - (1 - t) * vec(x, c) - t * vec(x, d)
             keep = thickness
+            crossed = crossing[a] + crossing[b] == 2 and crossing[c] + crossing[d] == 2
             if layer[a] != layer[c]:
                 n1 = vec(vertex_normal, a) + vec(vertex_normal, b)
                 n2 = vec(vertex_normal, c) + vec(vertex_normal, d)
@@ -88,12 +94,14 @@ def write_pairs(
                     w = n1 + n2
                     if layer[a] < layer[c]:
                         w = -w
+                elif crossed:
+                    keep = NO_PAIR
             else:
                 st = closest_on_edges(vec(rest, a), vec(rest, b), vec(rest, c), vec(rest, d))
                 s, t = st[0], st[1]
                 r = (1 - s) * vec(rest, a) + s * vec(rest, b) - (1 - t) * vec(rest, c) - t * vec(rest, d)
                 keep = ti.min(thickness, 0.7 * r.norm())
-                if crossing[a] + crossing[b] == 2 and crossing[c] + crossing[d] == 2:
+                if crossed:
                     keep = NO_PAIR
             put(side, o, w / ti.max(w.norm(), 1e-12))
             gap[o] = keep
@@ -142,7 +150,9 @@ def press_pairs(
     gap: Array,
     faces_first: Int,
     total: Int,
+    whole: Int,
     area: Array,
+    firm: Array,
     friction: Array,
     stiffness: Real,
     viscous: Real,
@@ -156,7 +166,28 @@ def press_pairs(
 
     E = k/2 (gap - d)^2, damped by `viscous` times k a move apart or together, but never pulling; friction mu times that
     against the slip of the step, at most half the normal stiffness.
+
+    From `total` on to `whole` the first part is pulled along `side` until it has gone as far as `gap` past the second
+    since `x_start`, and more strongly than the springs at both, `firm`, hold it.
     """
+    for o in range(total, whole):
+        u = closest_on_triangle(*[vec(x, vertices[o, c]) for c in ti.static(range(4))])
+        w = ti.Vector([1.0, -u[0], -u[1], -u[2]])
+        missing, k = gap[o], 0.0
+        for c in ti.static(range(4)):
+            v = vertices[o, c]
+            weights[o, c] = w[c]
+            missing -= w[c] * (vec(x, v) - vec(x_start, v)).dot(vec(side, o))
+            k += 0.25 * PULL * firm[v]
+        active[o] = 0
+        if missing > 0:
+            active[o] = 1
+            r = ti.sqrt(k) * vec(side, o)
+            put(force, o, k * missing * vec(side, o))
+            block[o, 0] = 0.0
+            block[o, 1] = r[0]
+            block[o, 2] = r[1]
+            block[o, 3] = r[2]
     for o in range(total):
         q = pair_state(x, vertices, o, faces_first, side)
         n = ti.Vector([q[4], q[5], q[6]])

@@ -47,6 +47,7 @@ class PairContact:
         area: np.ndarray,
         mass: np.ndarray,
         friction: np.ndarray,
+        firm: np.ndarray,
         *,
         thickness: float,
         slack: float,
@@ -60,7 +61,7 @@ class PairContact:
         self.patches = patches
         self.rest, self.faces, self.edges = rest, patches.faces, patches.edges
         faces, edges = self.faces, self.edges
-        self.layer, self.area, self.mass, self.friction = layer, area, mass, friction
+        self.layer, self.area, self.mass, self.friction, self.firm = layer, area, mass, friction, firm
         self.thickness, self.slack, self.stiffness, self.every = thickness, slack, stiffness, every
         self.damping = damping
         self.untangle = untangle if layer.max(initial=0) > 0 else 0.0
@@ -80,7 +81,7 @@ class PairContact:
         self.close = np.zeros(n, np.int32)
         self.crossings = Crossings(patches, layer)
         self.dtype = dtype
-        self.total = self.faces_first = self.count = 0
+        self.total = self.whole = self.faces_first = self.count = 0
         self.age = self.lasts = every
         self.meets_for = 0.0  # [s], how much longer the patches that can touch are known
         # What nears fast is looked for this much further away; further still would be most of the cloth.
@@ -104,6 +105,7 @@ class PairContact:
         self.age += 1
         self.meets_for -= dt
         if self.age < self.lasts:
+            self._pull(x)
             return
         self.age = 0
         p = self.patches
@@ -151,6 +153,18 @@ class PairContact:
             self.vf_start, self.vf_count, self.vf_found, self.ee_start, self.ee_count, self.ee_found,
             self.found_vertices, self.side, self.gap,
         )  # fmt: skip
+        self._pull(x)
+
+    def _pull(self, x: np.ndarray) -> None:
+        """Put what still crosses at `x` behind the pairs: ends of edges that are pulled past faces in this step."""
+        vertices, way, pace = self.crossings.ways(x)
+        self.whole = self.total + len(pace)
+        if self.whole > len(self.gap):
+            found, n = (self.found_vertices, self.side, self.gap), self.total
+            self.room(int(self.whole * 1.3))
+            self.found_vertices[:n], self.side[:n], self.gap[:n] = (values[:n] for values in found)
+        pulled = slice(self.total, self.whole)
+        self.found_vertices[pulled], self.side[pulled], self.gap[pulled] = vertices, way, pace
 
     def _bound(self, x: np.ndarray, v: np.ndarray, horizon: float) -> None:
         """Boxes of the patches and of what they sweep within `horizon` [s], seen from the cloth as a whole."""
@@ -182,9 +196,9 @@ class PairContact:
         """Steps for which pairs are kept: all but 1 vertex in 500 closed in slowly enough when last looked at."""
         return max(1, min(self.every, int(self.widest_slack / max(LOOK_AHEAD * self.fast * dt, 1e-9))))
 
-    def _compact(self) -> None:
+    def _compact(self, total: int) -> None:
         compact_pairs(
-            self.total, self.active, self.found_vertices, self.found_weights, self.found_block, self.found_force,
+            total, self.active, self.found_vertices, self.found_weights, self.found_block, self.found_force,
             self.kept, self.vertices, self.weights, self.block, self.force, self.start, self.index,
         )  # fmt: skip
         self.count = int(self.kept[0])
@@ -192,26 +206,26 @@ class PairContact:
     def evaluate(self, x: np.ndarray, x_start: np.ndarray, dt: float, force: np.ndarray, diagonal: np.ndarray) -> None:
         """Add the pairs' forces at `x` to `force` [N, 3], and set `diagonal` [N, 6] to their blocks."""
         press_pairs(
-            x, x_start, self.found_vertices, self.side, self.gap, self.faces_first, self.total, self.area,
-            self.friction, self.stiffness, self.damping / dt,
+            x, x_start, self.found_vertices, self.side, self.gap, self.faces_first, self.total, self.whole, self.area,
+            self.firm, self.friction, self.stiffness, self.damping / dt,
             self.active, self.found_weights, self.found_block, self.found_force,
         )  # fmt: skip
-        self._compact()
+        self._compact(self.whole)
         gather_pairs(self.start, self.index, self.weights, self.block, self.force, force, diagonal)
 
     def part(self, solved: np.ndarray, x: np.ndarray, fixed: np.ndarray, rounds: int) -> None:
-        """Move apart in `x`, in place, what has come within a quarter of its gap, and what has crossed.
+        """Move apart in `x`, in place, what has come within a quarter of its gap.
 
         `solved`, of which x is a copy, takes part in the first SHOVE of each move: as far as it stops what closes in,
         a correction is motion; the rest of it isn't.
         """
-        moved = self.crossings.shorten(x, self.mass, fixed)
+        moved = False
         for _ in range(rounds):
             part_pairs(
                 x, self.found_vertices, self.side, self.gap, self.faces_first, self.total, self.mass, fixed,
                 self.active, self.found_weights, self.found_force,
             )  # fmt: skip
-            self._compact()
+            self._compact(self.total)
             if not self.count:
                 break
             move_parted(self.start, self.index, self.weights, self.force, x)

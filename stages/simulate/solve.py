@@ -127,8 +127,12 @@ def firm_area(springs: Springs, pressure: float) -> np.ndarray:
 
     Its own; more where the cloth is so stiff that it lands on few vertices with all its weight.
     """
-    pull = np.bincount(springs.edges.ravel(), np.repeat(springs.stiffness, 2), len(springs.area))
-    return np.maximum(springs.area, FIRM * pull / pressure)
+    return np.maximum(springs.area, FIRM * spring_pull(springs) / pressure)
+
+
+def spring_pull(springs: Springs) -> np.ndarray:
+    """Sum of the stiffness of the springs at each vertex [N/m], shape [N]."""
+    return np.bincount(springs.edges.ravel(), np.repeat(springs.stiffness, 2), len(springs.area))
 
 
 def make_stepper(scene: Scene, config: SimulateConfig, plan: Plan | None = None) -> Stepper:
@@ -172,6 +176,7 @@ def make_stepper(scene: Scene, config: SimulateConfig, plan: Plan | None = None)
             springs.area,
             springs.mass,
             per_vertex(scene, "friction"),
+            spring_pull(springs),
             thickness=config.thickness,
             slack=config.pair_slack,
             untangle=config.untangle,

@@ -14,9 +14,11 @@ from stages.simulate.springs import unique_edges
 from stages.simulate.untangle_kernels import find_crossings
 
 PACE = 2e-3
-"""How far a crossing is moved in one step, at most [m]."""
+"""How far the edge of a crossing is pulled past the face in one step, at most [m]..."""
+STRIDE = 0.25
+"""... and over its own length."""
 EVEN = 0.5
-"""Gradient [1] of the contour's length at which it is moved 0.7 of that."""
+"""Gradient [1] of the contour's length at which it is pulled by 0.7 of that."""
 SLANT = 0.1
 """Sine of the least angle of edge and face that the gradient is taken for: along a face it has no end."""
 
@@ -70,49 +72,46 @@ class Crossings:
         self.part[p.edges[self.edge]] = 1
         self.part[p.faces[self.face]] = 1
 
-    def shorten(self, x: np.ndarray, mass: np.ndarray, fixed: np.ndarray) -> bool:
-        """Move what still crosses in `x` [N, 3], in place, so that the contour gets shorter; whether anything did.
+    def ways(self, x: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """How what still crosses in `x` [N, 3] ought to move so that the contour gets shorter.
 
-        Light vertices move more, as in `part_pairs`; each by the mean of what its crossings ask of it.
+        Returns:
+            Vertices [K, 4] of an end of an edge and of the face that the edge passes through, twice for every crossing;
+            the unit direction [K, 3] for the end to go relative to the face; and how far in one step [m], shape [K].
         """
-        if not len(self.edge):
-            return False
         ends, corners = self.patches.edges[self.edge], self.patches.faces[self.face]
-        p, q = x[ends[:, 0]], x[ends[:, 1]]
-        a, b, c = (x[corners[:, k]] for k in range(3))
-        along, normal = q - p, np.cross(b - a, c - a)
-        wide = np.maximum(_dot(normal, normal), 1e-30)
-        steep = _dot(normal, along)
-        steep = np.where(np.abs(steep) < 1e-16, 1e-16, steep)
-        s = _dot(normal, a - p) / steep
-        hit = p + s[:, None] * along - a
-        v = _dot(np.cross(hit, c - a), normal) / wide
-        w = _dot(np.cross(b - a, hit), normal) / wide
-        still = (s > 0) & (s < 1) & (v > 0) & (w > 0) & (v + w < 1)
-        if not still.any():
-            return False
-        e, n = _unit(along), _unit(normal)
+        still = _passes(x, ends, corners)
+        edge, ends, corners = self.edge[still], ends[still], corners[still]
+        p = x[ends[:, 0]]
+        along = x[ends[:, 1]] - p
+        e = _unit(along)
+        n = _unit(np.cross(x[corners[:, 1]] - x[corners[:, 0]], x[corners[:, 2]] - x[corners[:, 0]]))
+        slant = _dot(e, n)
+        slant = np.where(slant < 0, -1.0, 1.0) * np.maximum(np.abs(slant), SLANT)
         gradient = np.zeros_like(p)
-        for k in range(2):
-            wing = self.wings[self.edge, k]
+        for wing in self.wings[edge].T:
             away = x[wing] - p
             away -= _dot(away, e)[:, None] * e
             line = _unit(np.cross(n, np.cross(e, away)))
             line *= np.sign(_dot(line, away))[:, None]
-            slant = _dot(e, n)
-            slant = np.where(slant < 0, -1.0, 1.0) * np.maximum(np.abs(slant), SLANT)
-            gradient += np.where(wing >= 0, 1.0, 0.0)[:, None] * (line - (2 * _dot(e, line) / slant)[:, None] * n)
-        move = PACE * gradient / np.sqrt(_dot(gradient, gradient) + EVEN**2)[:, None]
-        vertices = np.concatenate([ends, corners], axis=1)[still]
-        share = np.stack([1 - s, s, v + w - 1, -v, -w], axis=1)[still]
-        ease = np.where(fixed[vertices] == 0, 1.0 / mass[vertices], 0.0)
-        total = (share**2 * ease).sum(1)
-        asked = (share * ease / np.maximum(total, 1e-30)[:, None])[:, :, None] * move[still][:, None]
-        shift, number = np.zeros_like(x), np.zeros(len(x))
-        np.add.at(shift, vertices.ravel(), asked.reshape(-1, 3))
-        np.add.at(number, vertices.ravel(), 1.0)
-        x += shift / np.maximum(number, 1.0)[:, None]
-        return True
+            gradient += (wing >= 0)[:, None] * (line - (2 * _dot(e, line) / slant)[:, None] * n)
+        length = np.linalg.norm(gradient, axis=1)
+        pace = np.minimum(PACE, STRIDE * np.linalg.norm(along, axis=1)) * length / np.sqrt(length**2 + EVEN**2)
+        vertices = [np.column_stack([end, corners]) for end in ends.T]
+        return np.concatenate(vertices), np.tile(_unit(gradient), (2, 1)), np.tile(pace, 2)
+
+
+def _passes(x: np.ndarray, ends: np.ndarray, corners: np.ndarray) -> np.ndarray:
+    """Which edges with `ends` [K, 2] pass through the triangles with `corners` [K, 3], shape [K]."""
+    p, a = x[ends[:, 0]], x[corners[:, 0]]
+    along, u, v = x[ends[:, 1]] - p, x[corners[:, 1]] - a, x[corners[:, 2]] - a
+    normal = np.cross(u, v)
+    wide, steep = np.maximum(_dot(normal, normal), 1e-30), _dot(normal, along)
+    s = _dot(normal, a - p) / np.where(np.abs(steep) < 1e-16, 1e-16, steep)
+    hit = p + s[:, None] * along - a
+    g, h = _dot(np.cross(hit, v), normal) / wide, _dot(np.cross(u, hit), normal) / wide
+    passes: np.ndarray = (s > 0) & (s < 1) & (g > 0) & (h > 0) & (g + h < 1)
+    return passes
 
 
 def opposite_vertices(edges: np.ndarray, faces: np.ndarray) -> np.ndarray:
