@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from model.body import load_free_body
+from stages.body_model import load_body_model
 from stages.settings import build
 from stages.simulate import SPEC
 from stages.simulate.config import SimulateConfig
@@ -43,7 +43,7 @@ def run(task: Task, progress: Progress) -> dict[str, Any]:
     trans, fps = np.asarray(body["trans"], np.float64), float(body.attrs["fps"])
     scene, way = dress(
         garments,
-        load_free_body(body.attrs["gender"]).pose,
+        load_body_model(body.attrs).pose,
         body["faces"],
         rest_pose=body["rest_pose"],
         betas=body["betas"],
