@@ -37,6 +37,9 @@ LARGEST_BIAS = np.deg2rad(15.0)
 TOE_LIMIT = np.deg2rad(55.0)
 """Greatest bend of the toes [rad]."""
 
+TOE_CURL = np.deg2rad(10.0)
+"""Greatest bend of the toes down [rad]."""
+
 TOUCH = 3e-3
 """Skin lower than this over the lowest point of a standing foot touches the ground [m]."""
 
@@ -83,7 +86,8 @@ def ground(figure: Figure, world: Array, root: Array) -> tuple[Array, Array, Mas
     targets = []
     for side in (0, 1):
         ankle = feet[side].ankle - [0.0, level, 0.0]
-        angles, toes = _settle(feet[side].angles, planted[:, side], bias)
+        bent = _toe_bend(world, side, planted[:, side])
+        angles, toes = _settle(feet[side].angles, bent, planted[:, side], bias)
         foot = _Foot(feet[side].sole, ankle, angles)
         world[:, ANKLES[side]] = foot.rotation()
         world[:, BALLS[side]] = foot.rotation() @ turn("x", toes)
@@ -144,11 +148,20 @@ def _pitch_bias(feet: list[_Foot], planted: Mask) -> float:
     return float(np.median(level)) if len(level) >= SHORTEST_CONTACT else 0.0
 
 
-def _settle(angles: Array, planted: Mask, bias: float) -> tuple[Array, Array]:
+def _toe_bend(world: Array, side: int, planted: Mask) -> Array:
+    """Rotation of a toe joint as recorded, less what it is when the foot stands flat [rad], shape [T]."""
+    local = np.swapaxes(world[:, ANKLES[side]], -1, -2) @ world[:, BALLS[side]]
+    bend = np.arctan2(local[:, 2, 1], local[:, 1, 1])
+    rest = float(np.median(bend[planted])) if planted.any() else 0.0
+    return np.asarray(np.clip(bend - rest, -TOE_LIMIT, TOE_CURL))
+
+
+def _settle(angles: Array, bent: Array, planted: Mask, bias: float) -> tuple[Array, Array]:
     """Levels the foot while it stands: no roll, no small pitch; the toes stay flat when the heel rises.
 
     Args:
         angles: Heading, pitch and roll [rad], shape [T, 3].
+        bent: Rotation of the toe joint as recorded [rad], shape [T].
         planted: Frames in which the foot bears weight, shape [T].
         bias: Constant pitch to take out [rad].
 
@@ -161,7 +174,7 @@ def _settle(angles: Array, planted: Mask, bias: float) -> tuple[Array, Array]:
     out = angles.copy()
     out[:, 1] = pitch + weight * (level - pitch)
     out[:, 2] *= 1 - weight
-    return out, -weight * np.clip(out[:, 1], 0.0, TOE_LIMIT)
+    return out, (1 - weight) * bent - weight * np.clip(out[:, 1], 0.0, TOE_LIMIT)
 
 
 def _hold(foot: _Foot, toes: Array, planted: Mask) -> Array:

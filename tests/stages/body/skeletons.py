@@ -63,7 +63,7 @@ class Made:
             for j, parent in enumerate(self.parents):
                 local = np.eye(3)
                 for axis, angle in zip(self.orders[j], self.angles[frame, j], strict=True):
-                    local = local @ _about(axis, float(angle))
+                    local = local @ about(axis, float(angle))
                 turned.append(local if parent < 0 else turned[parent] @ local)
                 out[frame, j] = (
                     self.root[frame] if parent < 0 else out[frame, parent] + turned[parent] @ self.offsets[j]
@@ -71,7 +71,8 @@ class Made:
         return out
 
 
-def _about(axis: str, degrees: float) -> Array:
+def about(axis: str, degrees: float) -> Array:
+    """Turn about one axis, shape [3, 3]."""
     c, s = np.cos(np.radians(degrees)), np.sin(np.radians(degrees))
     return {
         "X": np.array([[1, 0, 0], [0, c, -s], [0, s, c]]),
