@@ -9,15 +9,18 @@ the joint's axes lie to those of the body's.
 import numpy as np
 from numpy.typing import NDArray
 
-from model.body import JOINT_NAMES
-from stages.body.turns import unit
+from model.body import JOINT_NAMES, PARENTS
+from stages.body.turns import turn, unit
 
 Array = NDArray[np.float64]
+
+LIMBS = ((1, 4, 7), (2, 5, 8), (16, 18, 20), (17, 19, 21))
+"""Legs and arms: hip, knee, ankle; shoulder, elbow, wrist."""
 
 TRUNK = (3, 6, 9, 12, 15)
 """Joints of the trunk, upwards."""
 
-STEADY = 0.05
+STEADY = 0.01
 """Weight of the trunk's axes against the axis of a bend at right angles: limbs that stay straight have no such axis."""
 
 SHORT = 1e-3
@@ -37,14 +40,39 @@ def calibrate(rotations: Array, positions: Array, source: dict[int, int], joints
         For each joint of the body in `source` its turn B, shape [3, 3]: a recorded rotation G is G B of the body's.
     """
     theirs = {joint: positions[:, index] for joint, index in source.items()}
-    ours = {joint: joints[joint][None] for joint in source}
+    bends = [_bend(theirs, chain) for chain in LIMBS]
+    own, at = _bent_pose(joints, bends)
+    ours = {joint: at[None, joint] for joint in source}
     return {
         joint: _aligned(
-            [v[0] for v in _references(ours, joint)],
+            [_local(own[None, joint], v) for v in _references(ours, joint)],
             [_local(rotations[:, index], v) for v in _references(theirs, joint)],
         )
         for joint, index in source.items()
     }
+
+
+def _bend(at: dict[int, Array], chain: tuple[int, int, int]) -> float:
+    """Mean angle of a knee or an elbow, 0 when straight [rad]."""
+    upper, lower = unit(at[chain[1]] - at[chain[0]]), unit(at[chain[2]] - at[chain[1]])
+    return float(np.arccos(np.clip((upper * lower).sum(-1), -1.0, 1.0)).mean())
+
+
+def _bent_pose(joints: Array, bends: list[float]) -> tuple[Array, Array]:
+    """World rotations [24, 3, 3] and joints [24, 3] of the body's T-pose with its limbs bent [rad].
+
+    A limb that is never quite straight has its hinge where a bent limb has it, not where the T-pose's own small bends
+    would put it.
+    """
+    local = np.broadcast_to(np.eye(3), (24, 3, 3)).copy()
+    for (_, hinge, _), bend, axis, sign in zip(LIMBS, bends, "xxyy", (1, 1, -1, 1), strict=True):
+        local[hinge] = turn(axis, sign * bend)
+    rotations, at = local.copy(), np.array(joints, dtype=np.float64)
+    for joint in range(1, 24):
+        parent = int(PARENTS[joint])
+        rotations[joint] = rotations[parent] @ local[joint]
+        at[joint] = at[parent] + rotations[parent] @ (joints[joint] - joints[parent])
+    return rotations, at
 
 
 def _references(at: dict[int, Array], joint: int) -> tuple[Array, Array]:
