@@ -92,7 +92,7 @@ def preview(given: argparse.Namespace) -> Iterator[str]:
             f"{figures.direction_95:.1f}); standing feet slide {figures.slide:.2f} mm/frame in the mean (95 %: "
             f"{figures.slide_95:.2f}) and bear weight in {figures.planted:.0%} of the frames"
         )
-        sticks, faces = bones(beside(at_30, figure, motion, path.name), at_30.parents)
+        sticks, faces = bones(*beside(at_30, figure, motion, path.name))
         panels.append(Surface(vertices=sticks, faces=faces, cloth=BONE_COLOUR))
     if not 0 <= given.start < len(motion):
         raise DataError(f"--start must be from 0 to {len(motion) - 1}, got {given.start}")

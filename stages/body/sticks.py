@@ -26,7 +26,7 @@ FACES = np.array([[0, 1, 2], [0, 2, 3], [0, 3, 4], [0, 4, 1], [5, 2, 1], [5, 3, 
 """Triangles of one bone: its start, four corners round it, its end."""
 
 
-def beside(recording: Recording, figure: Figure, motion: Motion, name: str) -> Array:
+def beside(recording: Recording, figure: Figure, motion: Motion, name: str) -> tuple[Array, NDArray[np.int64]]:
     """Where the recorded joints are, as large as the person and where the person is.
 
     Args:
@@ -36,16 +36,21 @@ def beside(recording: Recording, figure: Figure, motion: Motion, name: str) -> A
         name: Name of the motion, for errors.
 
     Returns:
-        Positions in the world, z up [m], shape [T, J, 3].
+        Positions of the joints and of the ends of the last bones in the world, z up [m], shape [T, N, 3], and the
+        parent of each, shape [N].
     """
     scale = figure.leg_length / leg_length(recording, match(recording.names))
-    world = recording.forward()[1] @ axes_of(recording, name).T @ WORLD_FROM_MODEL.T * scale
+    rotations, positions = recording.forward()
+    last = [recording.names.index(joint) for joint in recording.tips]
+    ends = [positions[:, j] + rotations[:, j] @ tip for j, tip in zip(last, recording.tips.values(), strict=True)]
+    points = np.concatenate([positions, *(end[:, None] for end in ends)], axis=1)
+    world = points @ axes_of(recording, name).T @ WORLD_FROM_MODEL.T * scale
     # The root joint lies elsewhere in every skeleton: one shift for the whole motion brings the hips together.
     source = match(recording.names)
     middle = (figure.joints[1] + figure.joints[2]) / 2 - figure.joints[0]
     ours = motion.trans + Rotation.from_rotvec(motion.pose[:, 0]).apply(middle)
     away = ours - (world[:, source[1]] + world[:, source[2]]) / 2
-    return np.asarray(world + np.median(away, axis=0))
+    return np.asarray(world + np.median(away, axis=0)), np.concatenate([recording.parents, last]).astype(np.int64)
 
 
 def bones(positions: Array, parents: NDArray[np.int64]) -> tuple[Array, NDArray[np.int32]]:
