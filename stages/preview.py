@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 from PIL import Image
 
 from model.body import GENDERS, load_free_body
+from model.body.smpl_file import read_smpl
 from stages.body.config import BETA_COUNT
 from stages.body.fidelity import compare
 from stages.body.figure import measure
@@ -68,7 +69,7 @@ def preview(given: argparse.Namespace) -> Iterator[str]:
     """
     if len(given.betas) > BETA_COUNT or not all(abs(beta) <= 5 for beta in given.betas):
         raise DataError(f"--betas must be at most {BETA_COUNT} numbers from -5 to 5, got {given.betas}")
-    model = load_free_body(given.gender)
+    model = read_smpl(given.model, given.gender, BETA_COUNT) if given.model else load_free_body(given.gender)
     betas = np.zeros(BETA_COUNT)
     betas[: len(given.betas)] = given.betas
     figure = measure(model, betas)
@@ -150,6 +151,7 @@ def _parser() -> argparse.ArgumentParser:
     parser.add_argument("motion", metavar="FILE", help="BVH, AMC or npz file (file.npz:sequence), or an embedded clip")
     parser.add_argument("--out", type=Path, metavar="VIDEO", help="video to write, .mp4; the sheet lies beside it")
     parser.add_argument("--gender", choices=GENDERS, default="female")
+    parser.add_argument("--model", type=Path, metavar="FILE", help="body of SMPL's schema, in place of the free one")
     parser.add_argument("--betas", type=float, nargs="*", default=[], metavar="B", help="shape, from -3 to 3 each")
     parser.add_argument("--start", type=int, default=0, metavar="N", help="first frame, at 30 fps")
     parser.add_argument("--frames", type=int, default=300, metavar="N", help="at most so many frames, at 30 fps")

@@ -56,6 +56,7 @@ def test_an_embedded_clip_needs_no_file(tmp_path: Path, capsys: pytest.CaptureFi
         (["wlak"], "motion must be one of walk, run"),
         (["walk.c3d"], "walk.c3d: is no motion file that can be read"),
         (["walk", "--start", "900"], "--start must be from 0 to 359, got 900"),
+        (["walk", "--model", "gone.pkl"], "gone.pkl"),
         (["walk", "--betas", "nan"], "--betas must be at most 10 numbers"),
         (["CLIP", "--joint", "left_knee"], "--joint must be such as left_knee=Calf_L"),
         (["CLIP", "--joint", "left_knee=Calf"], "which the file doesn't have"),
