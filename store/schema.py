@@ -87,15 +87,22 @@ SCHEMAS: dict[str, Schema] = {
     for schema in (
         Schema(
             "body",
-            1,
+            2,
             {
                 "betas": Dataset("10"),
                 "pose": Dataset("T 24 3", "rad"),
                 "trans": Dataset("T 3", "m"),
                 "rest_pose": Dataset("24 3", "rad"),
                 "faces": Dataset("F 3", dtype=_INDEX),
+                # Skin after its collisions with itself were solved; betas, pose and trans tell it as it was before.
                 "vertices": _positions("T V 3"),
                 "rest_vertices": Dataset("V 3", "m"),
+                # Faces that cloth collides with: all, but for hands, forearms or arms that nothing else would free.
+                "face_kept": Dataset("F", dtype="bool", optional=True),
+                # What was parted, frame by frame, for each of the pairs of segments named in the attribute `collision`.
+                "collision/depth": Dataset("T P", "m", optional=True),
+                "collision/moved": Dataset("T P", "m", optional=True),
+                "collision/vertices": Dataset("T P", dtype="int32", optional=True),
             },
             ("gender", "motion", "action", "fps", "kind"),
         ),

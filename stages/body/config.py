@@ -5,6 +5,9 @@ from dataclasses import dataclass, field
 BETA_COUNT = 10
 """Number of shape coefficients."""
 
+LEAVE_OUT = ("nothing", "hands", "forearms", "arms")
+"""What may be left out of the collider, from the least to the most."""
+
 
 @dataclass(frozen=True, kw_only=True)
 class Config:
@@ -22,12 +25,24 @@ class Config:
     """Free space to which arms are opened from the trunk [m]."""
     leg_gap: float = field(default=0.008, metadata={"gt": 0.0, "le": 0.05})
     """Free space to which legs are opened from each other [m]."""
-    smallest_gap: float = field(default=0.004, metadata={"le": 0.05})
-    """Least free space, else the sequence is rejected: folded cloth must fit (CLOTH3D, Self-collision) [m]."""
+    separation: float = field(default=0.008, metadata={"gt": 0.0, "le": 0.05})
+    """Free space to which skin is parted where it would touch skin: two layers of cloth, 2 mm from skin and from each
+    other, and 2 mm more [m]."""
+    smallest_gap: float = field(default=0.004, metadata={"ge": 0.0, "le": 0.05})
+    """The least that any of these gaps may be: folded cloth must fit (CLOTH3D, Self-collision) [m]."""
     largest_turn: float = field(default=0.8, metadata={"gt": 0.0, "le": 1.6})
-    """A sequence is rejected if an arm has to be turned farther than this to be free [rad]."""
+    """The farthest that an arm may be turned to be free [rad]."""
     largest_shift: float = field(default=0.15, metadata={"gt": 0.0, "le": 0.5})
-    """A sequence is rejected if a foot has to be moved farther than this to part the legs [m]."""
+    """The farthest that a foot may be moved to part the legs [m]."""
+    largest_move: float = field(default=0.06, metadata={"gt": 0.0, "le": 0.5})
+    """The farthest that skin may be moved to part it from other skin [m]."""
+    thinner_tries: int = field(default=3, metadata={"ge": 0, "le": 10})
+    """How often a thinner body is tried where that isn't enough."""
+    thinner_step: float = field(default=1.0, metadata={"gt": 0.0, "le": 6.0})
+    """How much thinner each of them is [standard deviations]."""
+    leave_out: str = field(default="arms", metadata={"choices": LEAVE_OUT})
+    """The most that may be left out of what cloth collides with, where no thinner body helps: hands; forearms too;
+    or whole arms. Only outfits that don't cover these can then be simulated."""
 
     def __post_init__(self) -> None:
         """Checks what concerns several settings.
@@ -40,7 +55,7 @@ class Config:
             raise ValueError(f"shape_range must run from low to high, got [{low:g}, {high:g}]")
         if len(self.betas) > BETA_COUNT:
             raise ValueError(f"betas must have at most {BETA_COUNT} values, got {len(self.betas)}")
-        for name in ("arm_gap", "leg_gap"):
+        for name in ("arm_gap", "leg_gap", "separation"):
             if getattr(self, name) < self.smallest_gap:
                 raise ValueError(
                     f"{name} must be >= smallest_gap = {self.smallest_gap:g} m, got {getattr(self, name):g}"

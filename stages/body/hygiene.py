@@ -17,7 +17,7 @@ from scipy.spatial.transform import Rotation
 from stages.body.figure import ANKLES, HIPS, KNEES, Figure
 from stages.body.legs import solve_leg
 from stages.body.motion import Motion
-from stages.body.overlap import Points, nearness
+from stages.body.overlap import FAR, Points, nearness
 from stages.body.parts import Parts
 from stages.body.turns import rotate, unit
 
@@ -25,6 +25,9 @@ Array = NDArray[np.float64]
 
 ROUNDS = 6
 """Most rounds of measuring and opening."""
+
+PROGRESS = 0.95
+"""A round that leaves more than this of what was missing is the last: what remains is not for opening to solve."""
 
 GLIDE = 3.0
 """Standard deviation in time of an opening's coming and going [frames]."""
@@ -94,19 +97,23 @@ def _open_arms(
     pose = pose.copy()
     turns = np.zeros((frames, 2, 3))
     before = np.empty(frames)
-    distance = np.empty((frames, 2))
+    distance = np.full((frames, 2), FAR)
+    short = np.inf
+    stale = np.ones((frames, 2), dtype=bool)
+    trunk = parts.trunk.posed(parts.transforms(pose))
     original = Rotation.from_rotvec(pose[:, SHOULDERS].reshape(-1, 3))
     for attempt in range(ROUNDS + 1):
-        transforms = parts.transforms(pose)
-        trunk, normals = parts.trunk.posed(transforms)
         for side in (0, 1):
-            distance[:, side], need = _arm_need(parts, side, transforms, (trunk, normals), gap)
+            need = _arm_need(parts, side, pose, trunk, gap, distance[:, side], stale[:, side])
             if attempt < ROUNDS:
-                turns[:, side] += _envelope(need)
+                more = _envelope(need)
+                turns[:, side] += more
+                stale[:, side] = more.any(axis=1)
         if attempt == 0:
             before = distance.min(axis=1)
         tell("arms")
-        if distance.min() >= gap or attempt == ROUNDS:
+        last, short = short, float(np.clip(gap - distance, 0.0, None).sum())
+        if not short or attempt == ROUNDS or short > PROGRESS * last:
             break
         opened = Rotation.from_rotvec(turns.reshape(-1, 3)) * original
         pose[:, SHOULDERS] = opened.as_rotvec().reshape(frames, 2, 3)
@@ -114,26 +121,41 @@ def _open_arms(
 
 
 def _arm_need(
-    parts: Parts, side: int, transforms: Array, trunk: tuple[Points, Points], gap: float
-) -> tuple[Array, Array]:
-    """Smallest distance of one arm to the trunk [m], shape [T], and the turn that frees it, in the collar's axes."""
+    parts: Parts,
+    side: int,
+    pose: Array,
+    trunk: tuple[Points, Points],
+    gap: float,
+    distance: Array,
+    stale: NDArray[np.bool_],
+) -> Array:
+    """The turn that frees one arm, in the collar's axes, shape [T, 3]; fills in `distance` to the trunk [m], shape [T].
+
+    Only frames that are `stale` [T] are looked at: the others have been, and are free.
+    """
+    need = np.zeros((len(pose), 3))
+    frames = np.flatnonzero(stale)
+    if not len(parts.arms[side].points) or not len(frames):
+        return need
+    transforms = parts.transforms(pose[frames])
     points, _ = parts.arms[side].posed(transforms)
     shoulder = SHOULDERS[side]
     collar = int(parts.parents[shoulder])
     pivots = rotate(transforms[:, collar, :, :3], parts.joints[shoulder]) + transforms[:, collar, :, 3]
-    distance, need = np.empty(len(points)), np.zeros((len(points), 3))
-    for t in range(len(points)):
-        near = nearness(points[t], trunk[0][t], trunk[1][t])
+    for k, t in enumerate(frames):
+        near = nearness(points[k], trunk[0][t], trunk[1][t])
         distance[t] = near.distance.min()
         short = gap - near.distance
-        lever = np.cross(points[t] - pivots[t], near.normals)
+        if short.max() <= 0:
+            continue
+        lever = np.cross(points[k] - pivots[k], near.normals)
         length = np.linalg.norm(lever, axis=1)
         angle = np.where(short > 0, short / np.maximum(length, SHORTEST_LEVER), 0.0)
         worst = int(angle.argmax())
         if angle[worst] > 0:
             axis = lever[worst] / max(float(length[worst]), 1e-9)
-            need[t] = transforms[t, collar, :, :3].T @ axis * angle[worst]
-    return distance, need
+            need[t] = transforms[k, collar, :, :3].T @ axis * angle[worst]
+    return need
 
 
 def _open_legs(
@@ -145,17 +167,26 @@ def _open_legs(
     shift = np.zeros((frames, 2, 3))
     before = np.empty(frames)
     distance = np.empty((frames, 2))
+    short = np.inf
+    stale = np.ones(frames, dtype=bool)
     for attempt in range(ROUNDS + 1):
-        transforms = parts.transforms(pose)
+        looked = np.flatnonzero(stale)
+        transforms = parts.transforms(pose[looked])
         posed = [leg.posed(transforms) for leg in parts.legs]
+        before_round = shift.copy()
         for side in (0, 1):
-            distance[:, side], need = _leg_need(parts, side, transforms, posed[side][0], posed[1 - side], gap)
+            need = np.zeros((frames, 3))
+            distance[looked, side], need[looked] = _leg_need(
+                parts, side, transforms, posed[side][0], posed[1 - side], gap
+            )
             if attempt < ROUNDS:
                 shift[:, side] += _held(need, motion.planted[:, side])
+        stale = (shift != before_round).any(axis=(1, 2))
         if attempt == 0:
             before = distance.min(axis=1)
         tell("legs")
-        if distance.min() >= gap or attempt == ROUNDS:
+        last, short = short, float(np.clip(gap - distance, 0.0, None).sum())
+        if not short or attempt == ROUNDS or short > PROGRESS * last:
             break
         pose = _moved_feet(figure, parts, motion.pose, shift)
     return pose, before, distance.min(axis=1), np.linalg.norm(shift, axis=-1)

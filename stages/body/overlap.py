@@ -39,9 +39,15 @@ def nearness(points: Points, surface: Points, normals: Points) -> Nearness:
     Returns:
         Distance and way out of each point.
     """
-    apart, index = cKDTree(surface).query(points, distance_upper_bound=FAR)
+    if not len(points):
+        return Nearness(distance=np.zeros(0), normals=points)
+    inside = (surface > points.min(axis=0) - FAR) & (surface < points.max(axis=0) + FAR)
+    near = np.flatnonzero(inside[:, 0] & inside[:, 1] & inside[:, 2])
+    if not len(near):
+        return Nearness(distance=np.full(len(points), FAR), normals=np.zeros_like(points))
+    apart, index = cKDTree(surface[near]).query(points, distance_upper_bound=FAR)
     found = np.isfinite(apart)
-    index = np.where(found, index, 0)
+    index = near[np.where(found, index, 0)]
     way = normals[index]
     height = np.einsum("ni,ni->n", points - surface[index], way).astype(np.float64)
     inside = height < -INWARD * apart

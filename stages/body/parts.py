@@ -1,6 +1,6 @@
 """Parts of the body that may run into each other, thinned to what a fast test of every frame needs."""
 
-from collections.abc import Iterable
+from collections.abc import Collection, Iterable
 from dataclasses import dataclass
 
 import numpy as np
@@ -41,11 +41,13 @@ class Part:
 
     def posed(self, transforms: Array) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
         """Points [m] and normals, shape [T, N, 3] each, for skinning transforms [T, 24, 3, 4]."""
-        turning = transforms.copy()
+        joints = np.flatnonzero(self.weights.any(axis=0))  # a leg hangs on six of them, not on all
+        weights, moving = self.weights[:, joints], transforms[:, joints]
+        turning = moving.copy()
         turning[..., 3] = 0.0
-        normals = skin(self.normals, self.weights, turning).astype(np.float32)
+        normals = skin(self.normals, weights, turning).astype(np.float32)
         normals /= np.linalg.norm(normals, axis=-1, keepdims=True)
-        return skin(self.points, self.weights, transforms).astype(np.float32), normals
+        return skin(self.points, weights, moving).astype(np.float32), normals
 
 
 @dataclass(frozen=True, eq=False)
@@ -65,12 +67,13 @@ class Parts:
         return np.asarray(joint_transforms(self.joints, self.parents, pose))
 
 
-def divide(model: BodyModel, betas: ArrayLike) -> Parts:
+def divide(model: BodyModel, betas: ArrayLike, left_out: Collection[int] = ()) -> Parts:
     """Divides a person into parts by the joint that moves each vertex most.
 
     Args:
         model: The body.
         betas: Shape coefficients, shape [B].
+        left_out: Joints of the arms whose skin is in nobody's way.
 
     Returns:
         The parts.
@@ -87,7 +90,8 @@ def divide(model: BodyModel, betas: ArrayLike) -> Parts:
     for side in (0, 1):
         upper, fore = ARMS[side][:2]
         along = np.abs(vertices[:, 0] - joints[upper, 0]) / abs(joints[fore, 0] - joints[upper, 0])
-        arms.append(part(_of(owner, ARMS[side]) & ((owner != upper) | (along > ARM_START)), COARSE))
+        kept = [joint for joint in ARMS[side] if joint not in left_out]
+        arms.append(part(_of(owner, kept) & ((owner != upper) | (along > ARM_START)), COARSE))
         hip, knee = LEGS[side][:2]
         along = (joints[hip, 1] - vertices[:, 1]) / (joints[hip, 1] - joints[knee, 1])
         legs.append(part(_of(owner, LEGS[side]) & ((owner != hip) | (along > LEG_START)), SPACING))

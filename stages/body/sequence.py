@@ -1,7 +1,7 @@
 """From an embedded clip or a recording to the frames that were asked for, on one person, ready to be dressed."""
 
 import logging
-from dataclasses import asdict, replace
+from dataclasses import replace
 
 import numpy as np
 
@@ -9,7 +9,6 @@ from model.body import REST_POSE
 from stages.body.clips import CLIPS, perform
 from stages.body.figure import Figure
 from stages.body.grounding import ground
-from stages.body.hygiene import Opening
 from stages.body.motion import Motion
 from stages.body.recording import Recording
 from stages.body.repair import drop_fake_start, mend_flips
@@ -118,38 +117,3 @@ def cut(motion: Motion, start: int, frames: int, name: str, *, whole: bool) -> M
     trans = motion.trans[part].copy()
     trans[:, :2] -= trans[0, :2]
     return replace(motion, pose=motion.pose[part], trans=trans, planted=motion.planted[part])
-
-
-def judge(
-    opening: Opening, smallest_gap: float, largest_turn: float, largest_shift: float, name: str
-) -> dict[str, float]:
-    """Decides whether the limbs are free, and sums up what was done to them.
-
-    Args:
-        opening: What was found and done.
-        smallest_gap: Least free space in any frame [m].
-        largest_turn: Farthest that an arm may be turned [rad].
-        largest_shift: Farthest that a foot may be moved [m].
-        name: Name of the item, for errors.
-
-    Returns:
-        Largest and smallest figures over all frames, SI units.
-
-    Raises:
-        DataError: The limbs can't be freed within these limits.
-    """
-    figures = {key: float(np.min(v) if "distance" in key else np.max(v)) for key, v in asdict(opening).items()}
-    for key, part in (("arm_distance", "an arm and the trunk"), ("leg_distance", "the legs")):
-        if figures[key] < smallest_gap:
-            frame = int(getattr(opening, key).argmin())
-            raise DataError(
-                f"{name}: {part} are {figures[key] * 1e3:.1f} mm apart in frame {frame}, less than smallest_gap = "
-                f"{smallest_gap * 1e3:g} mm; choose another motion or a thinner body"
-            )
-    for key, limit, unit in (("arm_turn", largest_turn, "rad"), ("foot_shift", largest_shift, "m")):
-        if figures[key] > limit:
-            raise DataError(
-                f"{name}: freeing the limbs takes {key} = {figures[key]:.2f} {unit}, more than {limit:g}; choose "
-                "another motion or a thinner body"
-            )
-    return figures

@@ -1,4 +1,4 @@
-"""The shell of the body stage: draws a person, reads or makes the motion, frees the limbs, publishes the sequence."""
+"""The shell of the body stage: draws a person, reads or makes the motion, frees the body, publishes the sequence."""
 
 from pathlib import Path
 from typing import Any
@@ -9,16 +9,19 @@ from model.body import REST_POSE
 from stages.body import SPEC
 from stages.body.acquire import acquire
 from stages.body.config import Config
-from stages.body.figure import measure
-from stages.body.hygiene import open_limbs
-from stages.body.motion import FPS
-from stages.body.parts import divide
+from stages.body.failure import record_failure
+from stages.body.figure import Figure
+from stages.body.freeing import UnsolvableError, free_body
+from stages.body.motion import FPS, Motion
 from stages.body.sampling import draw_betas
-from stages.body.sequence import judge, stand_at_rest
+from stages.body.sequence import stand_at_rest
 from stages.body_model import body_model_attrs, load_body_model
 from stages.settings import build
 from stages.spec import Progress, Task
 from store import publish
+
+STEPS = 60
+"""More than there are steps to tell about."""
 
 
 def run(task: Task, progress: Progress) -> dict[str, Any]:
@@ -33,34 +36,44 @@ def run(task: Task, progress: Progress) -> dict[str, Any]:
         Figures for the receipt.
 
     Raises:
-        DataError: The motion can't be used, or the person's limbs can't be freed.
+        DataError: The motion can't be used, or the body's collisions can't be solved; of the latter a picture and the
+            circumstances are left in `failures`.
     """
     config = build(Config, task.config)
     model = load_body_model(task.params)
     betas = draw_betas(config.shape_range, config.betas, np.random.default_rng(task.seed))
-    name, action, motion = "rest", "rest", stand_at_rest()
-    figures: dict[str, float] = {}
-    if task.kind == "sequence":
-        figure = measure(model, betas)
-        motion, name, action = acquire(figure, task.params, config.joints, config.rate)
-        progress(1, 16, "the motion is on the person")
-        rounds = iter(range(2, 16))
-        gaps = config.arm_gap, config.leg_gap
-        motion, opening = open_limbs(
-            figure, divide(model, betas), motion, gaps, lambda label: progress(next(rounds), 16, label)
-        )
-        figures = judge(opening, config.smallest_gap, config.largest_turn, config.largest_shift, task.item)
+    about = {"motion": "rest", "action": "rest"}
+    steps = iter(range(1, STEPS))
+
+    def move(figure: Figure) -> Motion:
+        if task.kind != "sequence":
+            return stand_at_rest()
+        motion, about["motion"], about["action"] = acquire(figure, task.params, config.joints, config.rate)
+        progress(next(steps, STEPS - 1), STEPS, "the motion is on the person")
+        return motion
+
+    def tell(label: str) -> None:
+        progress(next(steps, STEPS - 1), STEPS, label)
+
+    try:
+        freed = free_body(model, betas, move, config, task.item, still=task.kind != "sequence", tell=tell)
+    except UnsolvableError as error:
+        known = about | {"seed": task.seed, "betas": betas.tolist(), "gender": model.gender}
+        record_failure(Path(task.output), task.item, model.faces, error, known)
+        raise
     arrays = {
-        "betas": betas,
-        "pose": motion.pose,
-        "trans": motion.trans,
+        "betas": freed.betas,
+        "pose": freed.motion.pose,
+        "trans": freed.motion.trans,
         "rest_pose": REST_POSE,
         "faces": model.faces,
-        "vertices": model.pose(betas, motion.pose, np.zeros_like(motion.trans)),
-        "rest_vertices": model.pose(betas, REST_POSE[None], np.zeros((1, 3)))[0],
+        "face_kept": freed.face_kept,
+        "vertices": freed.vertices,
+        "rest_vertices": model.pose(freed.betas, REST_POSE[None], np.zeros((1, 3)))[0],
     }
-    attrs = {"gender": model.gender, "motion": name, "action": action, "fps": FPS, "kind": task.kind}
-    attrs |= body_model_attrs(task.params)
-    publish(Path(task.output), SPEC.schema, task.key, arrays, attrs | {"seed": task.seed, "opening": figures})
-    progress(16, 16, "published")
-    return {"frames": len(motion), "action": action, **figures}
+    arrays |= {f"collision/{name}": values for name, values in freed.moved.items()}
+    attrs = {"gender": model.gender, **about, "fps": FPS, "kind": task.kind, "seed": task.seed}
+    attrs |= body_model_attrs(task.params) | {"opening": freed.opening, "collision": freed.record}
+    publish(Path(task.output), SPEC.schema, task.key, arrays, attrs)
+    progress(STEPS, STEPS, "published")
+    return {"frames": len(freed.motion), "action": about["action"], **freed.opening, "collision": freed.record["case"]}

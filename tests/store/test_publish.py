@@ -79,8 +79,8 @@ def _without(name: str) -> dict[str, np.ndarray]:
 @pytest.mark.parametrize(
     ("arrays", "attrs", "message"),
     [
-        (_without("betas"), body_attrs(), "dataset 'betas' of schema body v1 is missing"),
-        (body_arrays() | {"velocity": np.zeros(3)}, body_attrs(), "dataset 'velocity' isn't in schema body v1"),
+        (_without("betas"), body_attrs(), "dataset 'betas' of schema body v2 is missing"),
+        (body_arrays() | {"velocity": np.zeros(3)}, body_attrs(), "dataset 'velocity' isn't in schema body v2"),
         (
             body_arrays() | {"betas": np.zeros(9)},
             body_attrs(),
@@ -94,7 +94,7 @@ def _without(name: str) -> dict[str, np.ndarray]:
             r"'betas' \[1\]: value at \(0,\) must be finite",
         ),
         (body_arrays() | {"vertices": np.full((3, 50, 3), 4.0)}, body_attrs(), r"'vertices' \[m\]: .* 3.2767 .*got 4"),
-        (body_arrays(), {"gender": "female"}, "attribute 'motion' of schema body v1 is missing"),
+        (body_arrays(), {"gender": "female"}, "attribute 'motion' of schema body v2 is missing"),
         (body_arrays(), body_attrs() | {"fps": float("nan")}, "attribute 'fps' must be finite JSON"),
         (body_arrays(), body_attrs() | {"fps": Path("x")}, "attribute 'fps' must be finite JSON"),
     ],

@@ -65,7 +65,7 @@ def test_wrong_schema(shard: Path) -> None:
 
 @pytest.mark.parametrize(
     ("version", "message"),
-    [(0, "schema body v0 where this program reads v1; remove"), (9, "v9 .* use the newer program")],
+    [(0, "schema body v0 where this program reads v2; remove"), (9, "v9 .* use the newer program")],
 )
 def test_other_version(shard: Path, version: int, message: str) -> None:
     with h5py.File(shard, "a") as file:
@@ -158,10 +158,10 @@ def test_a_folder_is_verified(tmp_path: Path) -> None:
 def test_the_command_line_shows_and_checks(shard: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["inspect", str(shard)]) == 0
     shown = capsys.readouterr().out
-    assert "schema body v1" in shown and "vertices" in shown and "0.0001" in shown and "relative to trans" in shown
+    assert "schema body v2" in shown and "vertices" in shown and "0.0001" in shown and "relative to trans" in shown
     assert main(["check", str(shard), str(shard.with_name("none.h5"))]) == 1
     ended = capsys.readouterr()
-    assert "ok, body v1" in ended.out and "no such shard" in ended.err
+    assert "ok, body v2" in ended.out and "no such shard" in ended.err
     assert main(["inspect", str(shard.with_name("none.h5"))]) == 1
 
 

@@ -3,11 +3,13 @@
 import dataclasses
 import hashlib
 import itertools
+import json
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
+from PIL import Image
 
 from model.body import REST_POSE, load_free_body
 from stages.body import SPEC
@@ -54,11 +56,16 @@ def test_a_sequence_is_published(tmp_path: Path) -> None:
     pose, trans, vertices = shard["pose"], shard["trans"], shard["vertices"]
     assert pose.shape == (12, 24, 3) and vertices.shape == (12, model.vertex_count, 3)
     world = model.pose(shard["betas"], pose, trans)
-    np.testing.assert_allclose(vertices + trans[:, None], world, atol=6e-5)
+    # Only what the record tells of was moved, and no farther.
+    apart = np.linalg.norm(vertices + trans[:, None] - world, axis=2)
+    assert shard.attrs["collision"]["case"] == figures["collision"] == "solved"
+    assert (apart.max(axis=1) <= shard["collision/moved"].sum(axis=1) + 2e-4).all() and apart.max() > 0.002
+    assert np.count_nonzero(apart.max(axis=0) > 2e-4) <= shard["collision/vertices"].max(axis=0).sum() * 2
+    assert shard["face_kept"].all() and shard["collision/depth"].shape == (12, len(shard.attrs["collision"]["pairs"]))
     assert world[..., 2].min() == pytest.approx(0, abs=1e-3)
     np.testing.assert_allclose(trans[0, :2], 0, atol=1e-7)
     np.testing.assert_array_equal(shard["rest_pose"], REST_POSE.astype(np.float32))
-    assert shard.attrs["opening"]["arm_distance"] >= 0.004
+    assert shard.attrs["opening"]["arm_distance"] >= 0.009
     assert calls[-1][0] == calls[-1][1] and len(calls) >= 3
     assert all(a <= b for (a, _), (b, _) in itertools.pairwise(calls))
 
@@ -79,6 +86,22 @@ def test_a_static_person_stands_at_rest(tmp_path: Path) -> None:
     np.testing.assert_allclose(shard["vertices"][0], shard["rest_vertices"], atol=6e-5)
     high, low = shard["rest_vertices"][:, 2].max(), shard["rest_vertices"][:, 2].min()
     assert 1.3 < high - low < 2.2 and low < -0.6
+
+
+def test_a_rejected_body_leaves_a_failure(tmp_path: Path) -> None:
+    """Cause, frame, seed, shape and a picture, beside what would have been published."""
+    job = dataclasses.replace(
+        task(tmp_path, "sequence"),
+        config={"largest_move": 0.001, "thinner_tries": 0, "leave_out": "nothing"},
+    )
+    with pytest.raises(DataError, match=r"someone: .* are parted only by moving skin .* mm in frame \d+, more than"):
+        run(job, ignore)
+    assert not Path(job.output).exists()
+    known = json.loads((tmp_path / "failures" / "someone.json").read_text())
+    assert known["seed"] == job.seed and len(known["betas"]) == 10 and 0 <= known["frame"] < 12
+    assert known["motion"] == "walk" and "largest_move = 1 mm" in known["cause"]
+    shown = np.asarray(Image.open(tmp_path / "failures" / "someone.png")).astype(int)
+    assert np.count_nonzero(shown[..., 0] - shown[..., 1] > 60) > 100
 
 
 def test_a_recording_is_put_on(tmp_path: Path) -> None:
@@ -134,7 +157,13 @@ def test_shapes_are_uniform_and_can_be_pinned() -> None:
 
 
 def test_settings_out_of_range_are_refused() -> None:
-    for given in ({"shape_range": [2, -2]}, {"shape_range": [-9, 3]}, {"betas": [0.0] * 11}, {"arm_gap": 0.001}):
+    for given in (
+        {"shape_range": [2, -2]},
+        {"shape_range": [-9, 3]},
+        {"betas": [0.0] * 11},
+        {"arm_gap": 0.001},
+        {"separation": 0.003},
+    ):
         with pytest.raises(SettingsError):
             build(Config, given)
     assert dataclasses.asdict(build(Config, {"betas": [1, -1]}))["betas"] == (1.0, -1.0)
