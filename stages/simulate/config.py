@@ -30,7 +30,7 @@ LEVELS: dict[str, dict[str, Any]] = {
         "dt": 1 / 210,
         "newton_iterations": 3,
         "newton_tolerance": 2e-5,
-        "tolerance": 0.1,
+        "tolerance": 0.12,
         "linear_iterations": 400,
         "precision": "f32",
         "pair_every": 7,

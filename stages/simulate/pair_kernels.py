@@ -7,8 +7,6 @@ from stages.simulate.kernels import Array, Int, Real, Value, inline, kernel, put
 
 NO_PAIR = -1.0
 """Gap [m] of what isn't to be kept apart."""
-PULL = 0.5
-"""Stiffness with which crossings are pulled, over that of the springs there."""
 
 
 @inline
@@ -152,7 +150,7 @@ def press_pairs(
     total: Int,
     whole: Int,
     area: Array,
-    firm: Array,
+    sheet: Array,
     friction: Array,
     stiffness: Real,
     viscous: Real,
@@ -168,7 +166,7 @@ def press_pairs(
     against the slip of the step, at most half the normal stiffness.
 
     From `total` on to `whole` the first part is pulled along `side` until it has gone as far as `gap` past the second
-    since `x_start`, and more strongly than the springs at both, `firm`, hold it.
+    since `x_start`, as strongly as the cloth, of stiffness `sheet` [N/m], holds it back.
     """
     for o in range(total, whole):
         u = closest_on_triangle(*[vec(x, vertices[o, c]) for c in ti.static(range(4))])
@@ -178,7 +176,7 @@ def press_pairs(
             v = vertices[o, c]
             weights[o, c] = w[c]
             missing -= w[c] * (vec(x, v) - vec(x_start, v)).dot(vec(side, o))
-            k += 0.25 * PULL * firm[v]
+            k += 0.25 * sheet[v]
         active[o] = 0
         if missing > 0:
             active[o] = 1

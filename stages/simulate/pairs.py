@@ -47,7 +47,7 @@ class PairContact:
         area: np.ndarray,
         mass: np.ndarray,
         friction: np.ndarray,
-        firm: np.ndarray,
+        sheet: np.ndarray,
         *,
         thickness: float,
         slack: float,
@@ -61,7 +61,7 @@ class PairContact:
         self.patches = patches
         self.rest, self.faces, self.edges = rest, patches.faces, patches.edges
         faces, edges = self.faces, self.edges
-        self.layer, self.area, self.mass, self.friction, self.firm = layer, area, mass, friction, firm
+        self.layer, self.area, self.mass, self.friction, self.sheet = layer, area, mass, friction, sheet
         self.thickness, self.slack, self.stiffness, self.every = thickness, slack, stiffness, every
         self.damping = damping
         self.untangle = untangle if layer.max(initial=0) > 0 else 0.0
@@ -207,7 +207,7 @@ class PairContact:
         """Add the pairs' forces at `x` to `force` [N, 3], and set `diagonal` [N, 6] to their blocks."""
         press_pairs(
             x, x_start, self.found_vertices, self.side, self.gap, self.faces_first, self.total, self.whole, self.area,
-            self.firm, self.friction, self.stiffness, self.damping / dt,
+            self.sheet, self.friction, self.stiffness, self.damping / dt,
             self.active, self.found_weights, self.found_block, self.found_force,
         )  # fmt: skip
         self._compact(self.whole)

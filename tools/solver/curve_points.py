@@ -71,10 +71,10 @@ def _worn(gender: str, outfit: str, betas: tuple[float, ...], motion: str, start
 
 
 SCENES = {
-    "A": CurveScene(title="A: tube dress on a walker", file="A.npz", frames=36),
-    "A-free": CurveScene(title="A without the body", file="A.npz", body=False, frames=36),
-    "C": CurveScene(title="C: sheet dropped on a ball", file="C.npz", frames=36),
-    "B64": CurveScene(title="B64: sheet hung from two corners", file="B64.npz", frames=36, half_step=True),
+    "A": CurveScene(title="A: tube dress on a walker", file="A.npz", frames=32),
+    "A-free": CurveScene(title="A without the body", file="A.npz", body=False, frames=32),
+    "C": CurveScene(title="C: sheet dropped on a ball", file="C.npz", frames=32),
+    "B64": CurveScene(title="B64: sheet hung from two corners", file="B64.npz", frames=32, half_step=True),
     "shirt": CurveScene(
         title="t-shirt and trousers, walk", build=_worn("male", "tshirt+trousers", (0.5, 0.5), "walk", 0)
     ),
