@@ -4,7 +4,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
-from model.body import PARENTS
+from model.body import JOINT_NAMES, PARENTS
 from stages.body.calibrate import calibrate
 from stages.body.figure import Figure
 from stages.body.joint_map import BONES, FEET, match, refuse_missing
@@ -17,6 +17,9 @@ Array = NDArray[np.float64]
 
 UPRIGHT = 0.5
 """Legs of a rest pose point down if the cosine of their angle to the vertical is larger than this [1]."""
+
+SHORTEST_BONE = 1e-3
+"""Limbs shorter than this share of the legs have no direction [1]."""
 
 LYING = 0.3
 """The file's y is up if the trunk points along it by more than this on average: who crawls turns about [1]."""
@@ -53,7 +56,12 @@ def retarget(recording: Recording, figure: Figure, name: str) -> tuple[Array, Ar
         at_rest = {j: rest[index] @ axes.T for j, index in source.items()}
         own = {j: axes.T @ _difference(figure.joints, at_rest, j) for j in source}
     else:
-        own = calibrate(axes @ turned, positions @ axes.T, source, figure.joints)
+        with np.errstate(invalid="ignore"):
+            own = calibrate(axes @ turned, positions @ axes.T, source, figure.joints)
+        if lost := [JOINT_NAMES[j] for j, turn in own.items() if not np.isfinite(turn).all()]:
+            raise DataError(
+                f"{name}: nothing tells how {lost[0]} lies; give a skeleton with offsets between its joints"
+            )
     out = np.empty((len(turned), 24, 3, 3))
     for joint in range(24):
         if joint in source:
@@ -112,8 +120,13 @@ def axes_of(recording: Recording, name: str) -> Array:
     axes = _axes_at_rest(rest, source)
     if axes is None:
         axes = _axes_in_motion(recording.forward()[1], source)
-    if axes is None or not all(_length(rest, source, (hip, hip + 3, hip + 6)) > 0 for hip in (1, 2)):
-        raise DataError(f"{name}: the skeleton has no legs or no trunk; give one with offsets between its joints")
+    whole = leg_length(recording, source)
+    for start, end in BONES.items():
+        if not _length(rest, source, (start, end)) > SHORTEST_BONE * whole:
+            between = f"{JOINT_NAMES[start]} and {JOINT_NAMES[end]}"
+            raise DataError(f"{name}: {between} are in one place; give a skeleton with offsets between its joints")
+    if axes is None:
+        raise DataError(f"{name}: the skeleton has no trunk, or no hips; give one with offsets between its joints")
     return axes
 
 

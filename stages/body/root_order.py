@@ -19,6 +19,9 @@ from stages.body.retarget import axes_of
 
 Array = NDArray[np.float64]
 
+SHORTEST = 1.0
+"""Recordings shorter than this tell too little [s]."""
+
 STILLER = 0.98
 """The feet must move less than this share of what they do as recorded, or nothing is mended [1]."""
 
@@ -34,7 +37,8 @@ def mend_root_order(recording: Recording, name: str) -> tuple[Recording, bool]:
         The recording, and whether it was mended.
     """
     root = match(recording.names)[0]
-    if recording.bodily or len(recording.rotations) < 3 or axes_of(recording, name)[1, 1] < 0.5:
+    short = len(recording.rotations) * recording.frame_time < SHORTEST
+    if recording.bodily or short or axes_of(recording, name)[1, 1] < 0.5:
         return recording, False
     best, least = recording, STILLER * _restlessness(recording)
     for angles in _angles(recording.rotations[:, root]):

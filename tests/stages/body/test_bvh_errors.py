@@ -47,6 +47,9 @@ MUTANTS: dict[str, tuple[Callable[[str], str], str]] = {
     "zero frames": (_swap("Frames: 3", "Frames: 0"), "0 frames"),
     "negative frames": (_swap("Frames: 3", "Frames: -3"), "Frames:"),
     "frames in words": (_swap("Frames: 3", "Frames: three"), "Frames:"),
+    "frames with a power": (_swap("Frames: 3", "Frames: 3\u00b2"), "Frames:"),
+    "frames without end": (_swap("Frames: 3", "Frames: " + "3" * 5000), "Frames:"),
+    "frames by the billion": (_swap("Frames: 3", "Frames: 999999999"), "Frames: 999999999' but 3"),
     "no frame time": (_swap("Frame Time: 0.0083333", "Frame Time:"), "Frame Time"),
     "frame time zero": (_swap("Frame Time: 0.0083333", "Frame Time: 0"), "Frame Time"),
     "frame time nan": (_swap("Frame Time: 0.0083333", "Frame Time: nan"), "Frame Time"),
@@ -91,6 +94,13 @@ def test_binary_data_is_refused(tmp_path: Path) -> None:
     path = tmp_path / "noise.bvh"
     path.write_bytes(bytes(range(256)) * 10)
     with pytest.raises(DataError, match=r"noise\.bvh: is not a BVH text file"):
+        read_bvh(path)
+
+
+def test_utf_16_is_refused(tmp_path: Path) -> None:
+    path = tmp_path / "wide.bvh"
+    path.write_text(GOOD, encoding="utf-16")
+    with pytest.raises(DataError, match=r"wide\.bvh: is written in UTF-16; save it as UTF-8"):
         read_bvh(path)
 
 
