@@ -17,13 +17,14 @@ import numpy as np
 from numpy.typing import NDArray
 from PIL import Image
 
-from model.body import GENDERS, load_free_body
+from model.body import GENDERS, BodyModel, load_free_body
 from model.body.smpl_file import read_smpl
 from stages.body.config import BETA_COUNT
 from stages.body.fidelity import compare
-from stages.body.figure import measure
-from stages.body.motion import FPS
+from stages.body.figure import Figure, measure
+from stages.body.motion import FPS, Motion
 from stages.body.readers import DEFAULT_RATE, read_motion, split_name, title
+from stages.body.recording import Recording
 from stages.body.sequence import embedded, prepared, put_on
 from stages.body.sticks import beside, bones
 from stages.report.film import write_film
@@ -32,6 +33,7 @@ from stages.report.scene import Shot, Surface, frame_shot, heading
 from stages.report.sheet import contact_sheet
 from stages.spec import DataError
 
+Array = NDArray[np.float64]
 Picture = NDArray[np.uint8]
 
 WIDTH, HEIGHT = 280, 360  # of each panel [px]
@@ -74,7 +76,7 @@ def preview(given: argparse.Namespace) -> Iterator[str]:
     betas[: len(given.betas)] = given.betas
     figure = measure(model, betas)
     path, _ = split_name(given.motion)
-    panels: list[Surface] = []
+    at_30: Recording | None = None
     if path.name == given.motion and not path.suffix:
         name, motion = given.motion, embedded(figure, given.motion)
         yield f"{name}: {len(motion)} frames, embedded"
@@ -93,45 +95,73 @@ def preview(given: argparse.Namespace) -> Iterator[str]:
             f"{figures.direction_95:.1f}); standing feet slide {figures.slide:.2f} mm/frame in the mean (95 %: "
             f"{figures.slide_95:.2f}) and bear weight in {figures.planted:.0%} of the frames"
         )
-        sticks, faces = bones(*beside(at_30, figure, motion, path.name))
-        panels.append(Surface(vertices=sticks, faces=faces, cloth=BONE_COLOUR))
     if not 0 <= given.start < len(motion):
         raise DataError(f"--start must be from 0 to {len(motion) - 1}, got {given.start}")
     part = slice(given.start, given.start + max(1, given.frames))
-    pose, trans = motion.pose[part], motion.trans[part]
-    body = Surface(vertices=model.pose(betas, pose, trans).astype(np.float64), faces=model.faces)
-    panels = [Surface(vertices=p.vertices[part], faces=p.faces, cloth=p.cloth) for p in panels] + [body]
-    ahead = frame_shot(panels, trans, heading(pose[:, 0]), WIDTH, HEIGHT)
-    shot = Shot(targets=ahead.targets, span=ahead.span, azimuths=(ahead.azimuths[0] - QUARTER,))
     out = given.out or Path(f"{name}.mp4")
     if out.suffix.lower() != ".mp4":
         raise DataError(f"--out must end in .mp4, got {out}")
     out.parent.mkdir(parents=True, exist_ok=True)
-    chosen = np.unique(np.rint(np.linspace(0, len(pose) - 1, SHEET_FRAMES)).astype(int))
-    sheet: list[Picture] = []
-
+    view = View(model, betas, figure, motion, at_30, name, part)
+    chosen = np.unique(np.rint(np.linspace(0, view.frames - 1, SHEET_FRAMES)).astype(int))
     if given.sheet_only:
-        sheet = [_frame(panels, shot, int(frame)) for frame in chosen]
+        sheet = [view.picture(int(frame)) for frame in chosen]
     else:
+        sheet = []
 
         def pictures() -> Iterator[Picture]:
             with ThreadPoolExecutor(len(os.sched_getaffinity(0))) as pool:
-                for frame, picture in enumerate(pool.map(lambda k: _frame(panels, shot, k), range(len(pose)))):
+                for frame, picture in enumerate(pool.map(view.picture, range(view.frames))):
                     if frame in chosen:
                         sheet.append(picture)
                     yield picture
 
-        write_film(out, pictures(), WIDTH * len(panels), HEIGHT, FPS)
+        write_film(out, pictures(), view.width, HEIGHT, FPS)
         yield f"video: {out}"
     still = out.with_suffix(".png")
     Image.fromarray(contact_sheet(sheet, SHEET_COLUMNS, gap=4)).save(still, optimize=True)
     yield f"contact sheet: {still}"
 
 
-def _frame(panels: list[Surface], shot: Shot, frame: int) -> Picture:
-    """The panels side by side in one frame, the recorded skeleton first."""
-    views = [Studio([panel.at(frame)]).picture(shot.cameras(frame)[0], WIDTH, HEIGHT) for panel in panels]
-    return contact_sheet(views, len(views))
+class View:
+    """A motion on a body as pictures, the recorded skeleton at its left, if there is one.
+
+    Args:
+        model: The body.
+        betas: The person's shape.
+        figure: The person.
+        motion: The motion on the person.
+        recording: What it was made from, at 30 fps.
+        name: Name of the motion, for errors.
+        part: Frames to show.
+    """
+
+    def __init__(
+        self,
+        model: BodyModel,
+        betas: Array,
+        figure: Figure,
+        motion: Motion,
+        recording: Recording | None,
+        name: str,
+        part: slice,
+    ) -> None:
+        pose, trans = motion.pose[part], motion.trans[part]
+        self.frames = len(pose)
+        self._panels = [Surface(vertices=model.pose(betas, pose, trans).astype(np.float64), faces=model.faces)]
+        if recording is not None:
+            sticks, faces = bones(*beside(recording, figure, motion, name))
+            self._panels.insert(0, Surface(vertices=sticks[part], faces=faces, cloth=BONE_COLOUR))
+        self.width = WIDTH * len(self._panels)
+        ahead = frame_shot(self._panels, trans, heading(pose[:, 0]), WIDTH, HEIGHT)
+        self._shot = Shot(targets=ahead.targets, span=ahead.span, azimuths=(ahead.azimuths[0] - QUARTER,))
+
+    def picture(self, frame: int) -> Picture:
+        """One frame, shape [HEIGHT, width, 3]."""
+        camera = self._shot.cameras(frame)[0]
+        return contact_sheet(
+            [Studio([p.at(frame)]).picture(camera, WIDTH, HEIGHT) for p in self._panels], len(self._panels)
+        )
 
 
 def _table(entries: Sequence[str]) -> dict[str, str]:
