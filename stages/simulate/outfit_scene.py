@@ -68,10 +68,11 @@ def dress(
         garments: In the rest frame of the body with `tight_betas`.
         body: Poses the body; body_faces: shape [F, 3].
         rest_pose: Shape [K, 3]; betas, tight_betas: [B]; pose [T, K, 3]; trans [T, 3].
-        vertices: The sequence's body [m], relative to trans, shape [T, V, 3].
+        vertices: The sequence's body [m], relative to trans, its skin parted from itself, shape [T, V, 3].
         fps: Frames a second.
         config: Speeds of the transition.
     """
+    first = body(betas, np.asarray(pose[:1], np.float64), np.zeros((1, 3)))[0]
     way = make_transition(
         body,
         rest_pose,
@@ -79,6 +80,7 @@ def dress(
         betas,
         pose,
         trans,
+        vertices[0].astype(np.float64) - first,
         fps=fps,
         shape_speed=config.shape_speed,
         pose_speed=config.pose_speed,

@@ -66,6 +66,7 @@ def make_transition(
     betas: np.ndarray,
     pose: np.ndarray,
     trans: np.ndarray,
+    parted: np.ndarray | None = None,
     *,
     fps: float,
     shape_speed: float,
@@ -76,6 +77,7 @@ def make_transition(
     """Frames from `tight_betas` at `rest_pose` to the start of `pose` (T, K, 3), `trans` (T, 3).
 
     Each part is as long as it must be for no vertex to move faster than the speeds given [m/s] relative to the root.
+    What the sequence's first frame was moved by to part skin from skin, `parted` (V, 3) [m], comes with its pose.
     """
     rest_pose, pose, trans = (np.array(a, np.float64) for a in (rest_pose, pose, trans))
     yaw = heading(pose[0, 0], rest_pose[0])
@@ -99,7 +101,8 @@ def make_transition(
     t = (np.arange(pose_frames) - pose_frames) / fps
     lag = run_up * (np.exp(t / run_up) - 1) if run_up > 0 else np.zeros(pose_frames)
     before = np.stack([(Rotation.from_rotvec(pose[0]) * Rotation.from_rotvec(u * spin)).as_rotvec() for u in lag])
-    poses = blend_poses(start_pose, before, ease(np.arange(pose_frames) / pose_frames))
+    share = ease(np.arange(pose_frames) / pose_frames)
+    poses = blend_poses(start_pose, before, share)
     frames = shape_frames + settle_frames + pose_frames
     places = trans[0] + ((np.arange(frames) - frames) / fps)[:, None] * velocity
 
@@ -110,7 +113,11 @@ def make_transition(
     if settle_frames:
         still = np.repeat(start_pose[None], settle_frames, axis=0)
         parts.append(body(betas, still, places[shape_frames : shape_frames + settle_frames]))
-    parts.append(body(betas, poses, places[-pose_frames:]))
+    posed = body(betas, poses, places[-pose_frames:])
+    if parted is not None:
+        along = Rotation.from_rotvec(poses[:, 0]) * Rotation.from_rotvec(pose[0, 0]).inv()
+        posed = posed + share[:, None, None] * (parted @ along.as_matrix().swapaxes(1, 2))
+    parts.append(posed)
     return Transition(
         vertices=np.concatenate(parts).astype(np.float32),
         turn=turn.as_matrix(),
