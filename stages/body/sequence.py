@@ -1,6 +1,5 @@
 """From an embedded clip or a recording to the frames that were asked for, on one person, ready to be dressed."""
 
-import logging
 from dataclasses import replace
 
 import numpy as np
@@ -84,14 +83,6 @@ def put_on(figure: Figure, recording: Recording, name: str) -> Motion:
     local = local_rotations(world)
     local[:, 0] = WORLD_FROM_MODEL @ local[:, 0]
     return Motion(pose=axis_angle(local), trans=root @ WORLD_FROM_MODEL.T, planted=planted)
-
-
-def recorded(figure: Figure, recording: Recording, name: str) -> Motion:
-    """A whole recording, mended, resampled, put on the person and stood on the ground; see `prepared`, `put_on`."""
-    whole, mended = prepared(recording, name)
-    if mended:
-        logging.getLogger(__name__).info("%s: %s", name, "; ".join(mended))
-    return put_on(figure, whole, name)
 
 
 def cut(motion: Motion, start: int, frames: int, name: str, *, whole: bool) -> Motion:

@@ -48,7 +48,9 @@ def run(task: Task, progress: Progress) -> dict[str, Any]:
     def move(figure: Figure) -> Motion:
         if task.kind != "sequence":
             return stand_at_rest()
-        motion, about["motion"], about["action"] = acquire(figure, task.params, config.joints, config.rate)
+        motion, about["motion"], about["action"], about["mended"] = acquire(
+            figure, task.params, config.joints, config.rate
+        )
         progress(next(steps, STEPS - 1), STEPS, "the motion is on the person")
         return motion
 

@@ -15,7 +15,7 @@ from stages.body.clips import perform
 from stages.body.figure import Figure
 from stages.body.readers import read_motion
 from stages.body.readers.survey import motions_in
-from stages.body.sequence import recorded
+from stages.body.sequence import prepared, put_on
 from stages.body.turns import WORLD_FROM_MODEL
 from stages.spec import DataError
 
@@ -75,7 +75,7 @@ def test_a_motion_of_this_body_comes_back(up: str, woman: Person, tmp_path: Path
     pose[:, 0] = (Rotation.from_matrix(turn) * Rotation.from_rotvec(pose[:, 0])).as_rotvec()
     trans = (walk.trans + np.array([0.3, -0.2, 0.7])) @ turn.T
     np.savez(tmp_path / "walk.npz", poses=smplh(pose), trans=trans, mocap_framerate=30.0, gender="female")
-    back = recorded(figure, read_motion(tmp_path / "walk.npz"), "walk")
+    back = put_on(figure, prepared(read_motion(tmp_path / "walk.npz"), "walk")[0], "walk")
     turned = Rotation.from_rotvec(back.pose[:, :22].reshape(-1, 3)).inv()
     off = (turned * Rotation.from_rotvec(walk.pose[:, :22].reshape(-1, 3))).magnitude().reshape(-1, 22)
     legs = [1, 2, 4, 5, 7, 8, 10, 11]

@@ -16,7 +16,7 @@ from stages.body.readers.bvh import read_bvh
 from stages.body.repair import drop_fake_start, mend_flips
 from stages.body.resample import resample
 from stages.body.retarget import joint_positions, local_rotations, retarget
-from stages.body.sequence import recorded
+from stages.body.sequence import prepared, put_on
 from stages.body.turns import WORLD_FROM_MODEL, axis_angle, unit
 from stages.spec import DataError
 from tests.stages.body.skeletons import person
@@ -113,7 +113,7 @@ def test_real_captures_keep_their_directions(captures: Path, woman: Person) -> N
         ours = directions(joint_positions(figure, world, root), {j: j for j in range(24)})
         angles = np.degrees(np.arccos(np.clip((theirs * ours).sum(-1), -1, 1)))
         assert angles.mean() < 3 and angles.mean(axis=0).max() < 5
-        motion = recorded(figure, read_bvh(captures / name), name)
+        motion = put_on(figure, prepared(read_bvh(captures / name), name)[0], name)
         assert planted.mean() > 0.4
         assert_feet_hold(model, betas, motion, mean=1e-3, most=3e-3)
 
