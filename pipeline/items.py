@@ -66,7 +66,7 @@ def collect(
 
 def is_file(motion: str) -> bool:
     """Whether `motion` names a file; a bare word names an embedded motion."""
-    return "/" in motion or file_of(Path(motion)).suffix.lower() in (".bvh", ".amc", ".npz")
+    return "/" in motion or file_of(Path(motion)).suffix.lower() in (".bvh", ".amc", ".npz", ".txt")
 
 
 def _sequence(entry: SequenceEntry, where: str, motion_files: MotionFiles, labels: Labels) -> Item:

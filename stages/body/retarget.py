@@ -1,5 +1,7 @@
 """Puts a recorded motion on a person: the same directions of the limbs, paths scaled by the length of the legs."""
 
+from itertools import pairwise
+
 import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
@@ -8,7 +10,7 @@ from model.body import JOINT_NAMES, PARENTS
 from stages.body.calibrate import calibrate
 from stages.body.figure import Figure
 from stages.body.joint_map import BONES, FEET, match, refuse_missing
-from stages.body.posture import COLLAR_SHARE, COLLARS, SHOULDERS
+from stages.body.posture import COLLAR_SHARE, COLLARS, SHOULDERS, SPINE, WRISTS
 from stages.body.recording import Recording
 from stages.body.turns import unit
 from stages.spec import DataError
@@ -68,12 +70,24 @@ def retarget(recording: Recording, figure: Figure, name: str) -> tuple[Array, Ar
             out[:, joint] = axes @ turned[:, source[joint]] @ own[joint]
         else:
             out[:, joint] = out[:, PARENTS[joint]]
+    _share_along_spine(out, source)
     if not recording.bodily:
         _share_with_collars(out)
     hips = (positions[:, source[1]] + positions[:, source[2]]) / 2 @ axes.T
     middle = (figure.joints[1] + figure.joints[2]) / 2 - figure.joints[0]
     root = hips * (figure.leg_length / leg_length(recording, source)) - out[:, 0] @ middle
     return out, root
+
+
+def _share_along_spine(world: Array, source: dict[int, int]) -> None:
+    """Gives joints of the spine that nothing recorded moves their share of the turn between their neighbours."""
+    known = [joint for joint in (0, *SPINE) if joint == 0 or joint in source]
+    for low, high in pairwise(known):
+        between = [joint for joint in SPINE if low < joint < high]
+        turn = Rotation.from_matrix(np.swapaxes(world[:, low], -1, -2) @ world[:, high]).as_rotvec()
+        for k, joint in enumerate(between, start=1):
+            share = k / (len(between) + 1)
+            world[:, joint] = world[:, low] @ Rotation.from_rotvec(share * turn).as_matrix()
 
 
 def _share_with_collars(world: Array) -> None:
@@ -175,6 +189,8 @@ def _nearest_axis(vector: Array) -> Array:
 
 def _difference(joints: Array, rest: dict[int, Array], joint: int) -> Array:
     """Rotation from the body's T-pose to the recording's rest pose at one joint, shape [3, 3]."""
+    if joint in WRISTS:  # hands go on from the forearm in every rest pose
+        joint = int(PARENTS[joint])
     if joint in BONES:
         ours, theirs = joints[BONES[joint]] - joints[joint], rest[BONES[joint]] - rest[joint]
     elif joint in FEET and FEET[joint] in rest:

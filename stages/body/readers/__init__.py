@@ -8,12 +8,13 @@ from stages.body.joint_map import refuse_missing, rename
 from stages.body.readers.amc import read_amc, skeleton_of
 from stages.body.readers.arrays import read_npz
 from stages.body.readers.bvh import read_bvh
+from stages.body.readers.deepmimic import read_deepmimic
 from stages.body.readers.text import read_bytes
 from stages.body.recording import Recording
 from stages.spec import DataError
 
-SUFFIXES = (".bvh", ".amc", ".npz")
-"""Endings of motion files."""
+SUFFIXES = (".bvh", ".amc", ".npz", ".txt")
+"""Endings of motion files; .txt are clips of DeepMimic's."""
 
 DEFAULT_RATE = 120.0
 """Frames per second of files that don't tell theirs: that of most of CMU's AMC files."""
@@ -62,6 +63,8 @@ def read_any(motion: Path | str, rate: float = DEFAULT_RATE) -> Recording:
         return read_amc(path, rate)
     if kind == ".npz":
         return read_npz(path, rate, sequence)
+    if kind == ".txt":
+        return read_deepmimic(path)
     hint = "name the .amc file that moves it" if kind == ".asf" else f"known endings: {', '.join(SUFFIXES)}"
     raise DataError(f"{path.name}: is no motion file that can be read; {hint}")
 

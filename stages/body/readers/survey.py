@@ -15,6 +15,8 @@ def motions_in(path: Path) -> list[str]:
     Raises:
         DataError: An .npz file can't be read.
     """
+    if path.suffix.lower() == ".txt" and not path.name.startswith("humanoid3d_"):
+        return []  # a text about the motions
     if path.suffix.lower() != ".npz":
         return [str(path)] if path.suffix.lower() in SUFFIXES else []
     return [f"{path}:{name}" if name else str(path) for name in motions_of(path)]
