@@ -34,8 +34,8 @@ class Config:
     """The farthest that an arm may be turned to be free [rad]."""
     largest_shift: float = field(default=0.15, metadata={"gt": 0.0, "le": 0.5})
     """The farthest that a foot may be moved to part the legs [m]."""
-    largest_move: float = field(default=0.06, metadata={"gt": 0.0, "le": 0.5})
-    """The farthest that skin may be moved to part it from other skin [m]."""
+    largest_move: float = field(default=0.05, metadata={"gt": 0.0, "le": 0.5})
+    """The farthest that skin may be moved to part it from other skin; hands and feet less, as they are thin [m]."""
     thinner_tries: int = field(default=3, metadata={"ge": 0, "le": 10})
     """How often a thinner body is tried where that isn't enough."""
     thinner_step: float = field(default=1.0, metadata={"gt": 0.0, "le": 6.0})

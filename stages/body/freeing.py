@@ -15,7 +15,7 @@ from model.body import BodyModel, joint_transforms
 from stages.body.collision.segments import ARMS, JOINTS, NAMES, pair_name, segment
 from stages.body.collision.solve import MOVED, Solution, part_segments
 from stages.body.collision.thinner import thinner
-from stages.body.collision.verdict import Fault, opening_faults, parting_faults
+from stages.body.collision.verdict import Fault, limits, opening_faults, parting_faults
 from stages.body.config import LEAVE_OUT, Config
 from stages.body.figure import Figure, measure
 from stages.body.hygiene import Opening, open_limbs
@@ -170,8 +170,9 @@ def _try(
     solution, segments = Solution(vertices), segment(model, betas, left_out)
     if not faults:
         axes = joint_transforms(figure.joints, model.parents, motion.pose)[..., :3]
-        solution = part_segments(segments, vertices, axes, config.separation, config.largest_move, tell)
-        faults = parting_faults(solution, config.largest_move)
+        limit = limits(segments, config.largest_move)
+        solution = part_segments(segments, vertices, axes, config.separation, limit, tell)
+        faults = parting_faults(solution, limit)
     return _Attempt(
         betas, steps, left_out, motion, opening, vertices, solution, segments.label, segments.face_label, faults
     )

@@ -32,7 +32,13 @@ def text(report: dict[str, Any]) -> str:
         f"- CPU time, one thread: opening limbs {s['opening_ms_per_frame']:.1f} ms a frame, parting skin "
         f"{s['parting_ms_per_frame']:.1f} ms a frame, thinner bodies that were tried included.",
         "- Jerk of skin that was moved, relative to the skin beside it, after over before: "
-        f"{s['jerk_growth_median']:.2f} in the median sequence, {s['jerk_growth_worst']:.2f} in the worst.",
+        f"{s['jerk_growth_median']:.2f} in the median sequence, {s['jerk_growth_worst']:.2f} in the worst; "
+        "the largest jerk of any moved vertex grows "
+        f"{s['jerk_largest_growth']:.2f} times at most.",
+        "",
+        "![Before and after](collisions.png)",
+        "",
+        "Armpit, elbow, groin, knee and chin where skin was moved farthest, from two sides, each before and after.",
         "",
         "## By action",
         "",

@@ -19,6 +19,7 @@ from stages.body.config import Config
 from stages.body.figure import Figure
 from stages.body.freeing import Freed, UnsolvableError, free_body
 from stages.body.motion import FPS, Motion
+from tools.body.collision_album import Album
 from tools.body.collision_cast import Member
 
 MOVED = 1e-3
@@ -47,7 +48,7 @@ class Clock:
             self.start("parting")
 
 
-def trial(member: Member, frames: int, every: int) -> dict[str, Any]:
+def trial(member: Member, frames: int, every: int, album: Album) -> dict[str, Any]:
     """Frees one sequence of up to `frames` frames; one in `every` is tested by the independent library."""
     model, betas, clock = load_free_body(member.gender), np.array(member.betas, np.float32), Clock()
     told = {"motion": "", "action": "", "frames": 0}
@@ -69,7 +70,7 @@ def trial(member: Member, frames: int, every: int) -> dict[str, Any]:
     out["ms_per_frame"] = out["opening_ms_per_frame"] + out["parting_ms_per_frame"]
     if freed is None:
         return out | {"case": "rejected"}
-    return out | freed.record | {"opening": freed.opening} | _measured(model, freed, every)
+    return out | freed.record | {"opening": freed.opening} | _measured(model, freed, every, album)
 
 
 def _middle(figure: Figure, motion: str, frames: int, told: dict[str, Any]) -> Motion:
@@ -86,12 +87,13 @@ def _middle(figure: Figure, motion: str, frames: int, told: dict[str, Any]) -> M
     return Motion(pose=whole.pose[part], trans=whole.trans[part], planted=whole.planted[part])
 
 
-def _measured(model: BodyModel, freed: Freed, every: int) -> dict[str, Any]:
+def _measured(model: BodyModel, freed: Freed, every: int, album: Album) -> dict[str, Any]:
     """Intersections before and after, what was moved, and jerk."""
     left_out = [NAMES.index(name) for name in freed.record["left_out"]]
     segments = segment(model, freed.betas, left_out)
     before = model.pose(freed.betas, freed.motion.pose, np.zeros_like(freed.motion.trans))
     after = as_stored(freed.vertices)
+    album.consider(model, before, freed)
     found: dict[str, Counter[str]] = {"before": Counter(), "after": Counter()}
     frames = range(0, len(after), every)
     for t in frames:
@@ -165,4 +167,5 @@ def summary(trials: list[dict[str, Any]]) -> dict[str, Any]:
         "parting_ms_per_frame": sum(t["parting_ms_per_frame"] * t["frames"] for t in trials) / frames,
         "jerk_growth_median": float(np.median(ratios)),
         "jerk_growth_worst": float(np.max(ratios)),
+        "jerk_largest_growth": max(t["jerk_worst"] for t in kept if "jerk_worst" in t),
     }

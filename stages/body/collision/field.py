@@ -17,10 +17,10 @@ GLIDE = 2.0
 HOLD = 5
 """Frames for which a vertex stays where it is needed, before and after: `GLIDE` then undercuts no need."""
 
-SLOPE = 0.5
+SLOPE = 1.0
 """Steepest change of a movement over the skin, where no need is steeper."""
 
-SWEEPS = 6
+SWEEPS = 8
 """Sweeps over the skin that round the movement off."""
 
 

@@ -8,7 +8,7 @@ is left, mostly skin that skinning crumples at the bottom of a fold, is smoothed
 in the others.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -92,7 +92,7 @@ def part_segments(
     x: Frames,
     axes: NDArray[np.float64],
     gap: float,
-    limit: float = np.inf,
+    limit: Mapping[Pair, float] | None = None,
     tell: Callable[[str], object] = lambda label: None,
 ) -> Solution:
     """Parts the pairs of segments of a body in motion.
@@ -102,7 +102,7 @@ def part_segments(
         x: Vertices [m], shape [T, V, 3].
         axes: World rotation of each joint, shape [T, 24, 3, 3].
         gap: Free space wanted where skin would touch skin [m].
-        limit: No more is tried where skin has moved farther than this [m].
+        limit: No more is tried once skin of a pair has moved farther than this [m].
         tell: Told before every round what is being done.
 
     Returns:
@@ -118,7 +118,7 @@ def part_segments(
     for out.rounds in range(ROUNDS + 1):
         tell(f"parting, round {out.rounds + 1}")
         if out.rounds:
-            if any(parting.moved.max() > limit for parting in out.partings.values()):
+            if limit and any(parting.moved.max() > limit[pair] for pair, parting in out.partings.items()):
                 break
             for t in map(int, np.flatnonzero(stale)):
                 crossings[t] = tester.crossings(as_stored(out.vertices[t]))

@@ -1,14 +1,21 @@
 """Whether a body's collisions are solved, and if not, why, where, and whose they are."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
 
-from stages.body.collision.segments import ARMS, NAMES, pair_name
+from stages.body.collision.segments import ARMS, NAMES, Segments, pair_name
 from stages.body.collision.solve import Solution
 from stages.body.hygiene import Opening
 
 MM = 1e3
+
+THIN = ("hand", "foot")
+"""Segments too thin to be dented as deep as others."""
+
+THIN_MOVE = 0.02
+"""The farthest that skin of a pair with a thin segment may be moved [m]: hands are 25 to 30 mm thick."""
 
 
 @dataclass(frozen=True)
@@ -43,15 +50,24 @@ def opening_faults(opening: Opening, largest_turn: float, largest_shift: float) 
     return found
 
 
-def parting_faults(solution: Solution, largest_move: float) -> list[Fault]:
+def limits(segments: Segments, largest_move: float) -> dict[tuple[int, int], float]:
+    """The farthest that skin may be moved to part each pair of segments [m]."""
+    return {
+        pair: min(largest_move, THIN_MOVE) if any(NAMES[row].endswith(THIN) for row in pair) else largest_move
+        for pair in segments.pairs
+    }
+
+
+def parting_faults(solution: Solution, limit: Mapping[tuple[int, int], float]) -> list[Fault]:
     """Pairs of segments that still cross, or whose skin had to be moved farther than allowed [m]; the worst first."""
     found = []
     for pair, parting in solution.partings.items():
         frame = int(parting.moved.argmax())
-        if parting.moved[frame] > largest_move:
+        if parting.moved[frame] > limit[pair]:
+            word = "largest_move" if limit[pair] == max(limit.values()) else "the limit of hands and feet"
             cause = (
                 f"{pair_name(pair)} are parted only by moving skin {parting.moved[frame] * MM:.0f} mm in frame "
-                f"{frame}, more than largest_move = {largest_move * MM:g} mm"
+                f"{frame}, more than {word} = {limit[pair] * MM:g} mm"
             )
             found.append((parting.moved[frame], Fault(cause, frame, pair)))
     for pair, left in solution.left.items():
