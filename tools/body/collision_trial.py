@@ -77,11 +77,11 @@ def _middle(figure: Figure, motion: str, frames: int, told: dict[str, Any]) -> M
     """Up to `frames` frames from the middle of a clip."""
     params: dict[str, Any] = {"motion": motion, "motion_sha256": "", "start": 0, "frames": 1 << 20, "action": ""}
     if Path(motion).suffix:
-        whole, told["motion"], told["action"] = acquire(figure, params, {}, 120.0)
+        whole, told["motion"], told["action"], _ = acquire(figure, params, {}, 120.0)
         start = max(0, (len(whole) - frames) // 2)
     else:
         start = 60
-        whole, told["motion"], told["action"] = acquire(figure, params | {"frames": start + frames}, {}, 120.0)
+        whole, told["motion"], told["action"], _ = acquire(figure, params | {"frames": start + frames}, {}, 120.0)
     part = slice(start, start + frames)
     told["frames"] = len(whole.pose[part])
     return Motion(pose=whole.pose[part], trans=whole.trans[part], planted=whole.planted[part])
