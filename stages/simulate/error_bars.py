@@ -22,10 +22,11 @@ import numpy as np
 
 from stages.simulate.config import SimulateConfig
 from stages.simulate.finer import Finer, cut_in_four
+from stages.simulate.make_stepper import make_stepper
 from stages.simulate.plan import make_plan
 from stages.simulate.scene import Scene
 from stages.simulate.snapshot import Snapshot, restore, take
-from stages.simulate.solve import Solution, advance_frame, ease_in, make_stepper, presentable, solve
+from stages.simulate.solve import Solution, advance_frame, ease_in, presentable, solve
 from stages.simulate.stepper import Stepper
 from stages.spec import DataError
 

@@ -15,8 +15,8 @@ from scipy.optimize import brentq
 
 from stages.simulate.config import SimulateConfig
 from stages.simulate.fabric import Fabric
+from stages.simulate.make_stepper import make_stepper
 from stages.simulate.scene import Garment, Scene
-from stages.simulate.solve import make_stepper
 from stages.simulate.specimens import disc, strip
 from stages.simulate.springs import GRAVITY, bending_rows, face_areas, hinges, unique_edges
 from stages.simulate.springs import bending_length as peirce_length

@@ -11,7 +11,7 @@ import pytest
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[2]))
 
-from stages.simulate.solve import make_springs, make_stepper
+from stages.simulate.make_stepper import make_springs, make_stepper
 from stages.spec import DataError
 from tools.solver import curve, extremes, judging, kept, meshes, peers, tables
 from tools.solver.child import Ended, run

@@ -13,10 +13,11 @@ import numpy as np
 
 from stages.simulate.config import SimulateConfig
 from stages.simulate.fabric import Fabric
+from stages.simulate.make_stepper import joined
 from stages.simulate.scene import Scene
 from stages.simulate.scene_file import read_scene
 from stages.simulate.scene_program import scene_of
-from stages.simulate.solve import joined, solve
+from stages.simulate.solve import solve
 from tools.solver.people import person
 from tools.solver.statistics import statistics
 

@@ -6,8 +6,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from stages.simulate.make_stepper import joined, per_vertex
 from stages.simulate.scene import Scene
-from stages.simulate.solve import joined, per_vertex
 from stages.simulate.springs import Springs, bending_length, bending_rows
 
 

@@ -11,8 +11,9 @@ import numpy as np
 
 from model.mesh.intersection import self_intersecting_faces
 from stages.simulate.config import SimulateConfig
+from stages.simulate.make_stepper import joined
 from stages.simulate.scene import Scene
-from stages.simulate.solve import joined, solve
+from stages.simulate.solve import solve
 from stages.simulate.stepper import Stepper
 from stages.spec import DataError
 from tools.solver.energy import Energy, EnergyMeter

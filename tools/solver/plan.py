@@ -18,12 +18,13 @@ import numpy as np
 
 from stages.simulate.config import SimulateConfig
 from stages.simulate.fabric import Fabric
+from stages.simulate.make_stepper import joined
 from stages.simulate.plan import ITEMS, make_plan
 from stages.simulate.runtime import start_taichi
 from stages.simulate.scene import Scene
 from stages.simulate.scene_file import read_scene
 from stages.simulate.scene_program import scene_of
-from stages.simulate.solve import joined, solve
+from stages.simulate.solve import solve
 from stages.simulate.stepper import Stepper
 from tools.solver import tables
 from tools.solver.child import ROOT

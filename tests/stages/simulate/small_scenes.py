@@ -7,8 +7,8 @@ import numpy as np
 
 from stages.simulate.config import SimulateConfig
 from stages.simulate.fabric import Fabric
+from stages.simulate.make_stepper import make_stepper
 from stages.simulate.scene import Garment, Scene
-from stages.simulate.solve import make_stepper
 from stages.simulate.springs import unique_edges
 from stages.simulate.stepper import Stepper
 

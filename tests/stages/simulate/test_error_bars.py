@@ -10,8 +10,9 @@ from stages.simulate import error_bars
 from stages.simulate.config import SimulateConfig
 from stages.simulate.error_bars import Windows, compare, simulate_again
 from stages.simulate.finer import cut_in_four
+from stages.simulate.make_stepper import make_springs
 from stages.simulate.scene import Scene, edge_scale
-from stages.simulate.solve import make_springs, solve
+from stages.simulate.solve import solve
 from stages.spec import DataError
 
 FABRIC = replace(PLAIN, damping=2e-3, drag=0.2)

@@ -10,11 +10,12 @@ import pytest
 from small_scenes import ball, garment, scene, sheet
 
 from stages.simulate.config import SimulateConfig
+from stages.simulate.make_stepper import make_stepper
 from stages.simulate.plan import ITEMS, Plan, longer, make_plan
 from stages.simulate.runtime import start_taichi
 from stages.simulate.scene import Scene
 from stages.simulate.snapshot import restore, take
-from stages.simulate.solve import Solution, advance_frame, make_stepper, presentable, solve
+from stages.simulate.solve import Solution, advance_frame, presentable, solve
 
 CONFIG = SimulateConfig(threads=1)
 
