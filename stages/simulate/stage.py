@@ -10,6 +10,7 @@ import numpy as np
 from stages.body_model import load_body_model
 from stages.settings import build
 from stages.simulate import SPEC
+from stages.simulate.collider import closed, refuse_covered
 from stages.simulate.config import SimulateConfig
 from stages.simulate.error_bars import solve_with_bars
 from stages.simulate.outfit_scene import dress, make_garment, split
@@ -41,10 +42,13 @@ def run(task: Task, progress: Progress) -> dict[str, Any]:
         for name in outfit.attrs["layers"]
     ]
     trans, fps = np.asarray(body["trans"], np.float64), float(body.attrs["fps"])
+    left_out = body.attrs.get("collision", {}).get("left_out", [])
+    kept = np.asarray(body["face_kept"], bool) if left_out else np.ones(len(body["faces"]), bool)
+    refuse_covered(left_out, {g.name: g.vertices for g in garments}, body["rest_vertices"], body["faces"], kept)
     scene, way = dress(
         garments,
         load_body_model(body.attrs).pose,
-        body["faces"],
+        closed(body["faces"], kept),
         rest_pose=body["rest_pose"],
         betas=body["betas"],
         tight_betas=outfit["tight_betas"],
@@ -63,7 +67,8 @@ def run(task: Task, progress: Progress) -> dict[str, Any]:
     arrays = bars.arrays() | {f"garments/{g.name}/faces": g.faces for g in garments}
     for name, x in split(solution.x, garments, trans).items():
         arrays[f"garments/{name}/vertices"] = x
-    attrs = {"fps": fps, "garments": about, "layers": outfit.attrs["layers"], "quality": quality, "plan": solution.plan}
+    attrs = {"left_out": left_out, "fps": fps, "garments": about, "layers": outfit.attrs["layers"]}
+    attrs |= {"quality": quality, "plan": solution.plan}
     publish(Path(task.output), SPEC.schema, task.key, arrays, attrs)
     spent = report.seconds | {f"error bars, {kind}": value for kind, value in bars.seconds.items()}
     seconds = {part: round(value, 2) for part, value in spent.items()}
