@@ -130,7 +130,7 @@ def _scene(name: str, points: Sequence[str], work: Work, blender: Blender | None
     ours = [_ours(name, point, work) for point in chosen]
     _compare(ours, yardstick, FINEST)
     theirs: list[dict[str, Any]] = []
-    if blender is not None and SCENES[name].file:
+    if blender is not None and SCENES[name].file and SCENES[name].blender:
         qualities = QUALITIES[:2] if quick else (*QUALITIES, FINEST_QUALITY)
         theirs = [_blenders(name, quality, work, blender) for quality in qualities]
         _compare(theirs, theirs[-1]["point"], "")
