@@ -233,10 +233,13 @@ def ended(seconds, fault=""):
 
 def test_solver_and_blender_are_run_and_scored(tmp_path):
     folder = peers_folder(tmp_path / "peers")
+    before = [{"scene": "S", "solver": "standard", "wall": 1e6}, {"scene": "old", "solver": "standard"}]
+    tables.write("peers", {"made": {"commit": "abc"}, "rows": before}, "", tmp_path)
     code = peers.main(["--peers", str(folder), "--blender", sys.executable, "--scenes", "S", "--runs", "1",
                        "--errors", "", "--work", str(tmp_path / "work"), "--out", str(tmp_path)])  # fmt: skip
     assert code == 0
-    ours, theirs = tables.read("peers", tmp_path)["rows"]
+    ours, theirs, old = tables.read("peers", tmp_path)["rows"]
+    assert old == {"scene": "old", "solver": "standard", "commit": "abc"}, "what wasn't measured again stays"
     assert (ours["solver"], theirs["solver"]) == ("standard", "Blender 14")
     assert ours["finite"] and ours["steps"] > 4 and ours["peak_memory_mb"] > 50
     assert ours["ratio"] == pytest.approx(50.0 / ours["wall"])

@@ -47,6 +47,7 @@ COLUMNS = {
     "self_intersections_max": "self-intersections",
     "peak_memory_mb": "memory [MB]",
     "load": "load",
+    "commit": "commit",
     "fault": "fault",
 }
 
@@ -60,9 +61,10 @@ own: strain of the edges over all frames, penetration and self-intersections the
 
 A solver's own error is that against its own reference over the first 0.5 s and 1 s: for our levels `reference`, whose
 step is a ninth of fine's; for Blender {fine} steps a frame, four times as many. References are solved for the first
-second alone; their own errors are unmeasured here.
+second alone; their own errors are unmeasured here. Scenes that weren't measured again stay as they were, by the commit
+in their rows.
 
-Commit {commit}, {date}, {processor}.
+Last made at commit {commit}, {date}, {processor}.
 
 """
 
@@ -141,8 +143,10 @@ def main(arguments: Sequence[str] | None = None) -> int:
     if given.references:
         return 1 if any(ended.fault for name in erring for _, ended in references(bench, name)) else 0
     about = {**tables.made(), "runs": given.runs, "frames": given.frames}
-    rows = [row for name in names for row in measure(bench, name, given.runs, name in erring)]
-    publish(rows, about, given.out)
+    rows = [
+        row | {"commit": about["commit"]} for name in names for row in measure(bench, name, given.runs, name in erring)
+    ]
+    publish(rows + _others(names, given.out), about, given.out)
     return 1 if any(row.get("fault") for row in rows) else 0
 
 
@@ -189,6 +193,13 @@ def references(bench: Bench, name: str) -> list[tuple[str, Ended]]:
     return ends
 
 
+def _others(names: Sequence[str], folder: Path) -> list[dict[str, Any]]:
+    """Rows of the table in `folder` of scenes that aren't among `names`."""
+    before = tables.read("peers", folder) or {"made": {}, "rows": []}
+    commit = {"commit": before["made"].get("commit")}
+    return [commit | row for row in before["rows"] if row["scene"] not in names]
+
+
 def _tell(name: str, what: str, ended: Ended) -> None:
     print(f"{name}, {what}: {ended.fault or format(_wall(ended), '.3g') + ' s per simulated s'}", flush=True)
 
@@ -227,11 +238,12 @@ def _own_errors(bench: Bench, name: str, rows: Sequence[dict[str, Any]]) -> None
 
 
 def publish(rows: Sequence[dict[str, Any]], about: dict[str, Any], folder: Path) -> None:
-    """Write peers.json and peers.md into `folder`."""
+    """Write peers.json and peers.md into `folder`, the scenes in order."""
+    rows = sorted(rows, key=lambda row: SCENES.index(row["scene"]) if row["scene"] in SCENES else len(SCENES))
     text = TEXT.format(
         quality=QUALITY, fine=FINE_QUALITY, **{k: about[k] for k in ("runs", "cores", "commit", "date", "processor")}
     )
-    tables.write("peers", {"made": about, "rows": list(rows)}, text + tables.table(COLUMNS, rows), folder)
+    tables.write("peers", {"made": about, "rows": rows}, text + tables.table(COLUMNS, rows), folder)
 
 
 if __name__ == "__main__":
