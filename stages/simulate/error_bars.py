@@ -26,7 +26,7 @@ from stages.simulate.make_stepper import make_stepper
 from stages.simulate.plan import make_plan
 from stages.simulate.scene import Scene
 from stages.simulate.snapshot import Snapshot, restore, take
-from stages.simulate.solve import Solution, advance_frame, ease_in, presentable, solve
+from stages.simulate.solve import Solution, advance_frame, ease_in, leave_order, presentable, solve
 from stages.simulate.stepper import Stepper
 from stages.spec import DataError
 
@@ -142,6 +142,7 @@ def simulate_again(
         restore(stepper, state)
         for frame in range(start + 1, scene.frames + 1):
             ease_in(stepper, scene, drag, frame)
+            leave_order(stepper, scene, frame)
             advance_frame(stepper, frame, share)
             yield presentable(stepper)
 

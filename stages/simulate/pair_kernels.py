@@ -25,6 +25,7 @@ def write_pairs(
     edges: Array,
     layer: Array,
     crossing: Array,
+    ordered: Int,
     thickness: Real,
     vf_start: Array,
     vf_count: Array,
@@ -58,7 +59,7 @@ def write_pairs(
             keep = thickness
             crossed = crossing[i] == 1 and crossing[a] + crossing[b] + crossing[c] == 3
             if layer[i] != layer[a]:
-                if n.dot(vec(vertex_normal, i)) > 0.2:
+                if ordered == 1 and n.dot(vec(vertex_normal, i)) > 0.2:
                     way = 1.0
                     if layer[i] < layer[a]:
                         way = -1.0
@@ -88,7 +89,7 @@ def write_pairs(
                 n2 = vec(vertex_normal, c) + vec(vertex_normal, d)
                 # Only edges one above the other say something of the order of the layers, not those side by side.
                 above = ti.abs(w.dot(n1 + n2)) > 0.7 * w.norm() * (n1 + n2).norm()
-                if n1.dot(n2) > 0.8 and above:
+                if ordered == 1 and n1.dot(n2) > 0.8 and above:
                     w = n1 + n2
                     if layer[a] < layer[c]:
                         w = -w

@@ -149,7 +149,8 @@ class PairContact:
         np.subtract(vf_end, self.vf_count, out=self.vf_start, casting="unsafe")
         np.subtract(self.faces_first + ee_end, self.ee_count, out=self.ee_start, casting="unsafe")
         write_pairs(
-            x, self.rest, self.vertex_normal, self.faces, self.edges, self.layer, self.crossings.part, self.thickness,
+            x, self.rest, self.vertex_normal, self.faces, self.edges, self.layer, self.crossings.part,
+            int(self.untangle > 0.0), self.thickness,
             self.vf_start, self.vf_count, self.vf_found, self.ee_start, self.ee_count, self.ee_found,
             self.found_vertices, self.side, self.gap,
         )  # fmt: skip

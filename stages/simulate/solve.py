@@ -71,16 +71,24 @@ AIR = 20.0
 
 
 def ease_in(stepper: Stepper, scene: Scene, drag: np.ndarray, frame: int) -> None:
-    """Set elastics and air for `frame`, so that what was made slack comes to rest on the body without a jolt.
-
-    Garments that were made through each other are put in order in that time, from further than later.
-    """
+    """Set elastics and air for `frame`, so that what was made slack comes to rest on the body without a jolt."""
     s = min(1.0, frame / scene.ease_in) if scene.ease_in else 1.0
     springs = stepper.springs
     np.multiply(springs.length, 1 + s * (springs.rest_scale - 1), out=springs.rest_length)
     np.multiply(drag, AIR + s * (1 - AIR), out=stepper.drag)
     stepper.wind[:] = (1 - s) * scene.velocity + s * np.asarray(scene.wind)
-    if stepper.pairs is not None and frame > scene.ease_in:
+
+
+PUT_IN_ORDER = 6
+"""Frames, at least, in which garments that start through each other are put in the order of their layers."""
+
+
+def leave_order(stepper: Stepper, scene: Scene, frame: int) -> None:
+    """From `frame` on garments stay on the sides they are on, once they were put in order.
+
+    A hem may fly up over what is worn over it; drawn back through that, it would tangle.
+    """
+    if stepper.pairs is not None and frame > max(scene.ease_in, PUT_IN_ORDER):
         stepper.pairs.untangle = 0.0
 
 
@@ -152,6 +160,7 @@ def solve(
     for frame in range(1, scene.frames + 1):
         if frame <= scene.ease_in + 1:
             ease_in(stepper, scene, drag, frame)
+        leave_order(stepper, scene, frame)
         advance_frame(stepper, frame)
         if frame >= scene.record:
             recorded.append(presentable(stepper))

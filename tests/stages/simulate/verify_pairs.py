@@ -73,6 +73,24 @@ def test_entangled_garments_are_put_in_order() -> None:
     assert apart.max() < 0.3, "they must not be flung apart"
 
 
+def test_a_hem_that_has_flown_over_the_outer_garment_stays_outside() -> None:
+    # The inner sheet lies 5 mm above the outer one, as a skirt does that was flung up over a top.
+    vertices, faces = sheet(13, 13, 0.02)
+    above = vertices + np.array([0.004, 0.003, 0.005])
+    one = scene(
+        garment(vertices, faces, name="inner"),
+        garment(vertices, faces, name="outer"),
+        start=np.concatenate([above, vertices]),
+        frames=10,
+    )
+    s = stepper(one, gravity=0.0)
+    assert s.pairs is not None
+    s.pairs.untangle = 0.0  # they were put in order before
+    s.advance_to(0.3, s.config.dt)
+    assert _crossings(s.x, np.concatenate([faces, faces + len(vertices)])) == 0
+    assert (s.x[:169, 2] - s.x[169:, 2]).min() > 0, "it must not be drawn through"
+
+
 def test_pair_forces_keep_momentum() -> None:
     # Two free sheets pressed together: whatever the one gains the other loses.
     low, f = sheet(6, 6, 0.02)
