@@ -62,7 +62,8 @@ TEXT = f"""# Sequences of the pipeline
 `{{accuracy}}` through the pipeline's own stages, one after the other. All kinds of outfit on both genders; clips of a
 folder of recordings, one of every kind of motion in turn, shorter ones whole; people at the corners of the first two
 betas, at +-3 of each of the others, and of mixed signs in all ten; garments at the ends of their tightness. Somebody
-whose limbs can't be freed in a motion is rejected by the body stage, and the opposite shape takes the place.
+whose limbs can't be freed in a motion is rejected by the body stage, or by the simulation if only arms could be left out
+that sleeves cover; and the opposite shape takes the place.
 
 Every frame is judged from positions, by code that isn't the solver's. A sequence has a fault if
 
@@ -135,6 +136,8 @@ def _take(member: Member, given: argparse.Namespace, film: bool) -> dict[str, An
         if "body" in made and made["body"].status == REJECTED:
             return row | {"body_rejected": made["body"].cause}
         simulated = made.get("simulate")
+        if simulated is not None and simulated.status == REJECTED and made["body"].figures["collision"] == "special":
+            return row | {"body_rejected": simulated.cause}
         if simulated is None or simulated.status != PUBLISHED:
             causes = [r.cause for r in made.values() if r.status == REJECTED]
             return row | {"fault": "; ".join(causes) or fault or "nothing was made"}

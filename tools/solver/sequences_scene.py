@@ -17,6 +17,7 @@ from stages.report.film import write_film
 from stages.report.gather import Person, read_person, spread
 from stages.report.scene import film, frame_pictures, frame_shot, heading
 from stages.report.sheet import contact_sheet
+from stages.simulate.collider import closed
 from stages.spec import Task
 from store import read
 from tools.solver.sequences_audit import Body, Cloth
@@ -50,6 +51,7 @@ def person(output: Path, item: str) -> tuple[Person, dict[str, Cloth], Body]:
     )
     who = read_person(task, item)
     outfit = read(output / "outfit" / f"{item}.h5", "outfit", keys["outfit"])
+    collider = read(output / "body" / f"{item}.h5", "body", keys["body"])
     trans = np.asarray(who.trans, np.float64)
     garments = {
         g.name: Cloth(
@@ -63,7 +65,7 @@ def person(output: Path, item: str) -> tuple[Person, dict[str, Cloth], Body]:
     model = load_free_body(who.body["gender"])
     body = Body(
         x=who.vertices + trans[:, None],
-        faces=np.asarray(who.faces, np.int64),
+        faces=closed(np.asarray(who.faces, np.int64), np.asarray(collider["face_kept"], bool)),
         rest=np.asarray(model.pose(outfit["tight_betas"], REST_POSE[None], np.zeros((1, 3)))[0], np.float64),
         up=Rotation.from_rotvec(np.array(who.pose[:, 0], np.float64)).apply(UP),
         up_rest=Rotation.from_rotvec(np.array(REST_POSE[0], np.float64)).apply(UP),
