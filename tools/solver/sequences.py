@@ -62,8 +62,8 @@ TEXT = f"""# Sequences of the pipeline
 `{{accuracy}}` through the pipeline's own stages, one after the other. All kinds of outfit on both genders; clips of a
 folder of recordings, one of every kind of motion in turn, shorter ones whole; people at the corners of the first two
 betas, at +-3 of each of the others, and of mixed signs in all ten; garments at the ends of their tightness. Somebody
-whose limbs can't be freed in a motion is rejected by the body stage, or by the simulation if only arms could be left out
-that sleeves cover; and the opposite shape takes the place.
+whose limbs can't be freed in a motion is rejected by the body stage, or by the simulation if sleeves cover what could
+only be left out; and the opposite shape takes the place.
 
 Every frame is judged from positions, by code that isn't the solver's. A sequence has a fault if
 
