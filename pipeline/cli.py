@@ -22,6 +22,7 @@ from pipeline.items import Item, collect
 from pipeline.lock import holder, locked
 from pipeline.manifest import FAULT, scan
 from pipeline.motion import MotionFiles
+from pipeline.outfit import add_outfits
 from pipeline.plan import PlannedTask, make_plan, select
 from pipeline.recipe import Recipe, load_recipe
 from pipeline.run import current_plan, refuse_faults, report_index, run
@@ -92,6 +93,7 @@ def _load(given: argparse.Namespace, catalog: Catalog) -> tuple[Recipe, list[Ite
     items = collect(recipe.dataset, where, motion_files, motion=given.motion, frames=given.frames)
     motion_files.save()
     add_body_models(items, recipe.dataset.body_models, where, output / "bodies.json")
+    add_outfits(items, recipe.dataset, recipe.sections.get("outfit"), where, output / "garments.json")
     return recipe, items
 
 

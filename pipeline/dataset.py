@@ -4,7 +4,10 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
-OUTFITS = ("tshirt+trousers", "top+trousers", "tshirt+skirt", "top+skirt", "jumpsuit", "dress")
+from stages.outfit.kinds import KINDS as OUTFITS
+from stages.outfit.kinds import worn
+from stages.outfit.own.settings import OwnGarment
+
 GENDERS = ("female", "male")
 
 
@@ -18,8 +21,8 @@ class SequenceEntry:
     """Gender of the body."""
     motion: str
     """Name of an embedded motion, or path of a motion file: BVH, AMC, npz (`file.npz:sequence` for one of many)."""
-    outfit: str = field(default="random", metadata={"choices": (*OUTFITS, "random")})
-    """Kind of outfit."""
+    outfit: str = "random"
+    """Kind of outfit; or garments joined by `+`, the outer first, of which one at least is one's own."""
     start: int = field(default=0, metadata={"ge": 0})
     """First frame of the motion, at 30 fps [frames]."""
     frames: int = field(default=60, metadata={"ge": 1})
@@ -66,8 +69,12 @@ class Dataset:
     """Number of static people: in rest pose, for the static model."""
     female_share: float = field(default=0.5, metadata={"ge": 0, "le": 1})
     """Share of female bodies among drawn items [1]."""
-    outfits: tuple[str, ...] = field(default=OUTFITS, metadata={"choices": OUTFITS})
-    """Kinds of outfit that drawn items wear."""
+    outfits: tuple[str, ...] = OUTFITS
+    """Kinds of outfit that drawn items wear, own garments among them if they are named here."""
+    garment: tuple[OwnGarment, ...] = ()
+    """Garments of one's own."""
+    fabrics: str = ""
+    """File of further fabrics, in the form of `stages/fabrics.toml`."""
     test_share: float = field(default=0.2, metadata={"ge": 0, "lt": 1})
     """Share of each kind of item that is held out for testing [1]."""
     tolerated_rejections: float = field(default=0.0, metadata={"ge": 0, "lt": 1})
@@ -80,3 +87,15 @@ class Dataset:
             raise ValueError(f"motions is missing: sequences = {self.sequences} are drawn from motion files")
         if not self.outfits:
             raise ValueError("outfits must name one kind at least, got []")
+        own = [garment.name for garment in self.garment]
+        for name in own:
+            if own.count(name) > 1:
+                raise ValueError(f"garment: name {name!r} stands there twice; give each garment its own")
+        for kind in self.outfits:
+            worn(kind, own)
+        for entry in self.sequence:
+            if entry.outfit != "random":
+                try:
+                    worn(entry.outfit, own)
+                except ValueError as error:
+                    raise ValueError(f"sequence {entry.id!r}: {error}") from None

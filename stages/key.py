@@ -29,13 +29,13 @@ def key_document(
     Args:
         spec: The stage.
         config: The stage's own section of the recipe.
-        params: The item's parameters that the stage reads. One with a companion `<name>_sha256` names a file: the
-            file's name and content count, not the folder it lies in.
+        params: The item's parameters that the stage reads. One with a companion `<name>_sha256` names a file, or files
+            by name: their names and contents count, not the folders they lie in.
         inputs: stage -> item -> key.
         item: Item's id.
         seed: Seed of the item's generator.
     """
-    named = {name: PurePath(str(v)).name if params.get(f"{name}_sha256") else v for name, v in params.items()}
+    named = {name: _file_names(value) if params.get(f"{name}_sha256") else value for name, value in params.items()}
     return {
         "stage": spec.name,
         "code_version": spec.code_version,
@@ -46,6 +46,13 @@ def key_document(
         "item": item,
         "seed": seed,
     }
+
+
+def _file_names(paths: Any) -> Any:
+    """The file's name of a path, or of each path in a table."""
+    if isinstance(paths, Mapping):
+        return {name: _file_names(path) for name, path in paths.items()}
+    return PurePath(str(paths)).name
 
 
 def document_of(spec: StageSpec, task: Task) -> dict[str, Any]:

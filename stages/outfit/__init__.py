@@ -6,8 +6,8 @@ from stages.spec import StageSpec
 SPEC = StageSpec(
     name="outfit",
     needs=("body",),
-    params=("outfit",),
+    params=("outfit", "own_garments", "own_files", "own_files_sha256", "fabrics", "fabrics_sha256"),
     config=Config,
-    code_version=2,
+    code_version=3,
     schema="outfit",
 )

@@ -2,6 +2,9 @@
 
 from dataclasses import dataclass, field, fields
 
+from stages.outfit.kinds import TYPES, UPPER
+from stages.settings import suggestion
+
 FABRICS = ("cotton", "silk", "denim", "leather")
 """Fabrics of `stages/fabrics.toml`."""
 
@@ -40,10 +43,12 @@ class Config:
     """x_offset of sleeves and legs: where the widening starts, as a share of the axis [1]."""
     skirt_widening: tuple[float, float] = field(default=(0.85, 1.6), metadata={"gt": 0.0, "le": 2.0})
     """alpha_1 of skirts: growth of width from waist to shins, as a share of the width at the waist [1]."""
-    upper_fabrics: tuple[str, ...] = field(default=("cotton", "silk"), metadata={"choices": FABRICS})
-    """Fabrics of t-shirts and tops [names]."""
-    lower_fabrics: tuple[str, ...] = field(default=FABRICS, metadata={"choices": FABRICS})
+    upper_fabrics: tuple[str, ...] = ("cotton", "silk")
+    """Fabrics of t-shirts and tops, embedded ones or of the file that `fabrics` in [dataset] names [names]."""
+    lower_fabrics: tuple[str, ...] = FABRICS
     """Fabrics of every other garment [names]."""
+    fabrics: dict[str, tuple[str, ...]] = field(default_factory=dict)
+    """Fabrics of single types of garment, such as jumpsuit = ["denim"], in place of those two lists [names]."""
     elastic_chance: float = field(default=0.5, metadata=_SHARE)
     """Chance of an elastic, for sleeve ends, leg ends and the waist of a full-body garment each [1]."""
     elastic_ratio: tuple[float, float] = field(default=(0.7, 0.9), metadata={"gt": 0.3, "le": 1.0})
@@ -67,3 +72,18 @@ class Config:
                 raise ValueError(f"{item.name} must name at least one fabric, got none")
             if isinstance(value, tuple) and not isinstance(value[0], str) and value[0] > value[1]:
                 raise ValueError(f"{item.name} must run from low to high, got [{value[0]:g}, {value[1]:g}]")
+        for name, names in self.fabrics.items():
+            if name not in TYPES:
+                raise ValueError(f"fabrics: there is no garment {name!r}; {suggestion(name, TYPES)}")
+            if not names:
+                raise ValueError(f"fabrics.{name} must name at least one fabric, got none")
+
+    def fabrics_of(self, garment: str) -> tuple[str, ...]:
+        """Fabrics that a type of garment is made of [names]."""
+        return self.fabrics.get(garment) or (self.upper_fabrics if garment in UPPER else self.lower_fabrics)
+
+    @property
+    def fabric_names(self) -> dict[str, tuple[str, ...]]:
+        """Every setting that names fabrics, and the names."""
+        single = {f"fabrics.{name}": names for name, names in self.fabrics.items()}
+        return {"upper_fabrics": self.upper_fabrics, "lower_fabrics": self.lower_fabrics, **single}

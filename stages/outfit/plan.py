@@ -6,12 +6,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from stages.outfit.config import Config
-
-KINDS = ("tshirt+trousers", "top+trousers", "tshirt+skirt", "top+skirt", "jumpsuit", "dress")
-"""Kinds of outfit; `random` stands for any of them."""
-
-UPPER, LOWER = ("tshirt", "top"), ("trousers", "skirt")
-"""Templates above and below the waist."""
+from stages.outfit.kinds import KINDS, MOST_OWN, UPPER, worn
+from stages.outfit.own.settings import OwnGarment
 
 DRAWS = (
     "kind", "upper", "tightness_1", "tightness_2",
@@ -19,8 +15,10 @@ DRAWS = (
     "sleeve_narrowing", "sleeve_widening", "sleeve_offset", "leg_narrowing", "leg_widening", "leg_offset",
     "skirt_widening", "upper_fabric", "lower_fabric",
     "sleeve_elastic", "leg_elastic", "waist_elastic", "sleeve_ratio", "leg_ratio", "waist_ratio",
+    *(f"own_fabric_{number}" for number in range(MOST_OWN)),
 )  # fmt: skip
-"""Every random number, in the order drawn. All are drawn always, so that changing one setting changes nothing else."""
+"""Every random number, in the order drawn. All are drawn always, so that changing one setting changes nothing else; new
+ones go to the end, so that outfits stay as they were."""
 
 PARAMETERS = {
     "tshirt": ("sleeve_length", "torso_length", "sleeve_narrowing", "sleeve_widening", "sleeve_offset"),
@@ -46,12 +44,14 @@ class Piece:
 
 @dataclass(frozen=True)
 class GarmentPlan:
-    """One garment: a piece, or two to be sewn at the waist."""
+    """One garment: a piece, or two to be sewn at the waist; or one of one's own."""
 
     name: str
-    """Type of the garment, and its name in the outfit."""
+    """Its name in the outfit: its type, or what the recipe calls it."""
+    type: str
+    """One of `kinds.TYPES`."""
     pieces: tuple[Piece, ...]
-    """From top to bottom."""
+    """From top to bottom; none if it is one's own."""
     fabric: str
     """Name of its fabric."""
     elastics: Mapping[str, float]
@@ -63,20 +63,26 @@ class OutfitPlan:
     """One outfit."""
 
     kind: str
-    """One of `KINDS`."""
+    """One of `KINDS`, or names joined by `+`, the outer garment first."""
     tightness: tuple[float, float]
     """Offsets subtracted from the first two betas."""
     garments: tuple[GarmentPlan, ...]
     """From the inner one to the outer one."""
 
 
-def draw_plan(kind: str, config: Config, rng: np.random.Generator) -> OutfitPlan:
+NO_OWN: Mapping[str, OwnGarment] = {}
+
+
+def draw_plan(
+    kind: str, config: Config, rng: np.random.Generator, own: Mapping[str, OwnGarment] = NO_OWN
+) -> OutfitPlan:
     """Draws every choice of an outfit.
 
     Args:
-        kind: One of `KINDS`, or `random`.
+        kind: One of `KINDS`, or `random`, or what else `kinds.worn` knows.
         config: Ranges to draw from.
         rng: Source of the random numbers.
+        own: Garments of one's own by name.
 
     Returns:
         The plan.
@@ -86,32 +92,41 @@ def draw_plan(kind: str, config: Config, rng: np.random.Generator) -> OutfitPlan
 
     Source: CLOTH3D, Garment Generation, Elastics and Variability.
     """
-    if kind not in (*KINDS, "random"):
-        raise ValueError(f"outfit must be one of {', '.join(KINDS)} or random, got {kind!r}")
     u = dict(zip(DRAWS, rng.random(len(DRAWS)).tolist()))
     if kind == "random":
         kind = _pick(KINDS, u["kind"])
-    values = _parameters(config, u)
+    # From the inner garment to the outer one.
+    names = worn(kind, own)[::-1]
     low, high = config.tightness_range
     tightness = (low + (high - low) * u["tightness_1"], low + (high - low) * u["tightness_2"])
-    upper_fabric = _pick(config.upper_fabrics, u["upper_fabric"])
-    lower_fabric = _pick(config.lower_fabrics, u["lower_fabric"])
-
-    def elastics(*ends: str) -> dict[str, float]:
-        share = {end: _between(config.elastic_ratio, u[f"{end}_ratio"]) for end in ends}
-        return {end: share[end] for end in ends if u[f"{end}_elastic"] < config.elastic_chance}
-
-    if kind in ("jumpsuit", "dress"):
-        names = (_pick(UPPER, u["upper"]), "trousers" if kind == "jumpsuit" else "skirt")
-        pieces = tuple(_sewn_piece(name, values) for name in names)
-        ends = [ELASTIC_ENDS[name] for name in names if name in ELASTIC_ENDS]
-        return OutfitPlan(kind, tightness, (GarmentPlan(kind, pieces, lower_fabric, elastics(*ends, "waist")),))
-    above, below = kind.split("+")
+    mine = [name for name in names if name in own]
     garments = tuple(
-        GarmentPlan(name, (_piece(name, values),), fabric, elastics(*[e for t, e in ELASTIC_ENDS.items() if t == name]))
-        for name, fabric in ((below, lower_fabric), (above, upper_fabric))
+        _own_garment(own[name], config, u[f"own_fabric_{mine.index(name)}"])
+        if name in own
+        else _template_garment(name, config, u)
+        for name in names
     )
     return OutfitPlan(kind, tightness, garments)
+
+
+def _own_garment(own: OwnGarment, config: Config, u: float) -> GarmentPlan:
+    fabric = _pick(own.fabrics or config.fabrics_of(own.type), u)
+    return GarmentPlan(own.name, own.type, (), fabric, dict(own.elastics))
+
+
+def _template_garment(name: str, config: Config, u: Mapping[str, float]) -> GarmentPlan:
+    values = _parameters(config, u)
+    fabric = _pick(config.fabrics_of(name), u["upper_fabric" if name in UPPER else "lower_fabric"])
+    if name in ("jumpsuit", "dress"):
+        templates = (_pick(UPPER, u["upper"]), "trousers" if name == "jumpsuit" else "skirt")
+        pieces = tuple(_sewn_piece(template, values) for template in templates)
+        ends = [*(ELASTIC_ENDS[template] for template in templates if template in ELASTIC_ENDS), "waist"]
+    else:
+        pieces = (_piece(name, values),)
+        ends = [ELASTIC_ENDS[name]] if name in ELASTIC_ENDS else []
+    ratios = {end: _between(config.elastic_ratio, u[f"{end}_ratio"]) for end in ends}
+    elastics = {end: ratio for end, ratio in ratios.items() if u[f"{end}_elastic"] < config.elastic_chance}
+    return GarmentPlan(name, name, pieces, fabric, elastics)
 
 
 def _parameters(config: Config, u: Mapping[str, float]) -> dict[str, float]:

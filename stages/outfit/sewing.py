@@ -50,7 +50,9 @@ def sew(upper: Surface, lower: Surface, edge: float) -> tuple[Surface, NDArray[n
     seam[top_loop] = True
     marked = sp.hstack([joined.rows, sp.csr_matrix(seam[:, None].astype(float))], format="csr")
     sewn = polish(Surface(vertices, faces, marked), seam, edge)
-    return Surface(sewn.vertices, sewn.faces, sewn.rows[:, :-1].tocsr()), sewn.rows[:, -1].toarray().ravel() > 0.5
+    # Only what lies on the seam is a mean of nothing but vertices of the seam; four rings beside it are so in part.
+    on_seam = sewn.rows[:, -1].toarray().ravel() > 1.0 - 1e-6
+    return Surface(sewn.vertices, sewn.faces, sewn.rows[:, :-1].tocsr()), on_seam
 
 
 def _draw_together(upper: Array, top_loop: Faces, lower: Array, bottom_loop: Faces) -> tuple[Array, Array]:

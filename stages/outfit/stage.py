@@ -5,14 +5,14 @@ from typing import Any
 
 import numpy as np
 
-from stages.body_model import is_free_body, load_body_model
-from stages.fabrics import load_fabrics
+from stages.body_model import load_wearer
 from stages.outfit import SPEC
 from stages.outfit.config import Config
 from stages.outfit.making import make_outfit
 from stages.outfit.plan import draw_plan
+from stages.outfit.planned import fabrics_of, own_garments_of
 from stages.outfit.resizing import tight_betas
-from stages.settings import build
+from stages.settings import build, suggestion
 from stages.spec import DataError, Progress, Task
 from store import publish, read
 
@@ -21,44 +21,47 @@ def run(task: Task, progress: Progress) -> dict[str, Any]:
     """Makes one outfit for one body and publishes it.
 
     Args:
-        task: The task; `params["outfit"]` is a kind of outfit or `random`.
+        task: The task; `params["outfit"]` is a kind of outfit or `random`. Garments of one's own have their settings in
+            `own_garments` and their files in `own_files`; `fabrics` is a file of further fabrics.
         progress: Told the step at hand.
 
     Returns:
         Figures for the receipt.
 
     Raises:
-        DataError: The kind is unknown, or the outfit cannot be made for this body.
+        DataError: The kind or a fabric is unknown, or the outfit cannot be made for this body.
     """
     config = build(Config, task.config)
     path, key = task.input("body")
     body = read(path, "body", key)
-    model = load_body_model(body.attrs)
-    if not is_free_body(model):
-        raise DataError(
-            f"{body.path}: the body has {model.vertex_count} vertices, garments are cut for the free body alone; run "
-            "the recipe with --until body, or leave [dataset.body_models] out"
-        )
+    model = load_wearer(body.attrs)
     betas = np.asarray(body["betas"], dtype=np.float64)
+    own, fabrics = own_garments_of(task.params), fabrics_of(task.params)
     try:
-        plan = draw_plan(task.params["outfit"], config, np.random.default_rng(task.seed))
+        settings = {name: mesh.settings for name, mesh in own.items()}
+        plan = draw_plan(task.params["outfit"], config, np.random.default_rng(task.seed), settings)
     except ValueError as error:
         raise DataError(str(error)) from error
+    for garment in plan.garments:
+        if garment.fabric not in fabrics:
+            raise DataError(
+                f"{garment.name}: fabric {garment.fabric!r} is unknown; {suggestion(garment.fabric, fabrics)}"
+            )
     done = iter(range(2 * len(plan.garments) + 1))
     total = 2 * len(plan.garments) + 1
-    garments = make_outfit(plan, model, betas, config, load_fabrics(), lambda label: progress(next(done), total, label))
-    arrays: dict[str, Any] = {"tight_betas": tight_betas(betas, plan.tightness)}
-    for garment in garments:
-        folder = f"garments/{garment.plan.name}"
-        arrays[f"{folder}/vertices"] = garment.vertices
-        arrays[f"{folder}/faces"] = garment.faces
-        arrays[f"{folder}/elastic"] = garment.elastic
-        arrays[f"{folder}/waistband"] = garment.waistband
+    garments = make_outfit(plan, model, betas, config, fabrics, lambda label: progress(next(done), total, label), own)
+    arrays: dict[str, Any] = {"tight_betas": tight_betas(betas, plan.tightness, model)}
+    for made in garments:
+        folder = f"garments/{made.plan.name}"
+        arrays[f"{folder}/vertices"] = made.vertices
+        arrays[f"{folder}/faces"] = made.faces
+        arrays[f"{folder}/elastic"] = made.elastic
+        arrays[f"{folder}/waistband"] = made.waistband
     attrs = {
         "kind": plan.kind,
         "gender": model.gender,
         "tightness": list(plan.tightness),
-        "garments": {garment.plan.name: garment.attrs for garment in garments},
+        "garments": {garment.plan.name: garment.attrs | {"seed": task.seed} for garment in garments},
         "layers": [garment.plan.name for garment in garments],
         "seed": task.seed,
     }
