@@ -12,16 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from model.body.refusal import BodyFileError
-from model.body.safe_pickle import (
-    ARRAY,
-    DTYPE,
-    FROM_BUFFER,
-    SPARSE,
-    Held,
-    described,
-    is_chumpy,
-    text,
-)
+from model.body.safe_pickle import Held, described
 
 MOST_FILLED = 2**23
 """Entries of a sparse matrix: the regressor of SMPL-X has half a million."""
@@ -43,19 +34,17 @@ def as_array(value: Any, depth: int = 0) -> NDArray[Any]:
     Raises:
         BodyFileError: It is none of these, or isn't whole.
     """
-    if not isinstance(value, Held):
-        raise BodyFileError(f"is {described(value)}, not an array")
-    pair = value.kind.pair
-    if pair in ARRAY:
-        return _array(value)
-    if pair in FROM_BUFFER:
-        return _from_buffer(value)
-    if pair in SPARSE:
-        return _sparse(value)
-    if is_chumpy(value.kind):
+    if isinstance(value, Held) and value.is_chumpy:
         if depth >= DEEPEST:
             raise BodyFileError(f"has objects of chumpy more than {DEEPEST} deep")
         return _chumpy(value, depth)
+    match value.name if isinstance(value, Held) else "":
+        case "_reconstruct":
+            return _array(value)
+        case "_frombuffer":
+            return _from_buffer(value)
+        case "csc_matrix" | "csc_array" | "csr_matrix" | "csr_array":
+            return _sparse(value)
     raise BodyFileError(f"is {described(value)}, not an array")
 
 
@@ -80,11 +69,15 @@ def _from_buffer(held: Held) -> NDArray[Any]:
 
 def _numbers(dtype: Any, raw: Any, shape: tuple[int, ...]) -> NDArray[Any]:
     kind = _dtype(dtype)
-    if not isinstance(raw, bytes):
+    if not isinstance(raw, str | bytes):
         raise BodyFileError("is an array without its bytes")
     needed = math.prod(shape) * kind.itemsize
     if needed != len(raw):
         raise BodyFileError(f"is an array of shape {shape}, {needed} bytes, but {len(raw)} bytes are there")
+    try:
+        raw = raw.encode("latin1") if isinstance(raw, str) else raw  # Python 2's texts are bytes
+    except UnicodeEncodeError:
+        raise BodyFileError("is an array without its bytes") from None
     return np.frombuffer(raw, kind).reshape(shape)
 
 
@@ -101,14 +94,13 @@ def _is_count(value: Any) -> bool:
 
 def _dtype(held: Any) -> np.dtype[Any]:
     """The type of an array: plain numbers only."""
-    code, order = "", "="
-    if isinstance(held, Held) and held.kind.pair in DTYPE:
-        code = text(held.arguments[0]) if held.arguments else ""
+    code, order = held, "="
+    if isinstance(held, Held) and held.name == "dtype":
+        code = held.arguments[0] if held.arguments else ""
         if isinstance(held.state, tuple) and len(held.state) > 1:
-            order = text(held.state[1])
-            code = code if not any(part is not None for part in held.state[2:5]) else f"a record {code}"
-    elif isinstance(held, str | bytes):
-        code = text(held)
+            order = held.state[1]
+            code = code if all(part is None for part in held.state[2:5]) else "a record"
+    code = code if isinstance(code, str) else ""
     found = re.fullmatch(r"([<>=|]?)(b1|[iu][1248]|f[248])", code)
     if not found or order not in ("<", ">", "=", "|"):
         raise BodyFileError(f"is an array of type {code[:20] or '?'!r}, not of numbers")
@@ -123,7 +115,7 @@ def _sparse(held: Held) -> NDArray[np.float64]:
     if missing or len(shape) != 2:
         raise BodyFileError(f"is a sparse matrix without its {missing[0] if missing else 'shape'}")
     data, indices, starts = (as_array(state[name], DEEPEST) for name in ("data", "indices", "indptr"))
-    by_row = held.kind.name.startswith("csr")
+    by_row = held.name.startswith("csr")
     lines, places = shape if by_row else shape[::-1]
     if math.prod(shape) > MOST_FILLED:
         raise BodyFileError(f"is a sparse matrix of shape {shape}, which has more than {MOST_FILLED} entries")
@@ -149,7 +141,7 @@ def _chumpy(held: Held, depth: int) -> NDArray[Any]:
             raise BodyFileError(f"is {described(held)} without {name!r}")
         return state[name]
 
-    match held.kind.name:
+    match held.name:
         case "Ch":
             return as_array(part("x"), depth + 1)
         case "Select":

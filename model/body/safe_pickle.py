@@ -1,90 +1,76 @@
-"""Reads the arrays out of a pickle without running anything: a pickle is a program, and here nothing can execute it.
+"""Reads the arrays out of a pickle without running anything: a pickle is a program, and here it calls nothing.
 
-`pickle.load` calls whatever the file names. Files of SMPL are pickles of arrays, often of Python 2 and wrapped in
-objects of chumpy, which no longer imports. So the opcodes are carried out here on a stack of plain values. What the
-file names must be in `_ADMITTED` or a class of chumpy; even then nothing of numpy, scipy or chumpy is called: arguments
-and states are kept as they stand, and `pickled_arrays` makes arrays from them where they are asked for.
+Files of SMPL are pickles of arrays, often of Python 2 and wrapped in objects of chumpy, which no longer imports. So
+whatever a file names becomes a `Held`, which keeps what the file gives it and does nothing; it must be in `_ADMITTED`
+or chumpy's even so. `pickled_arrays` makes arrays from these where they are asked for.
 
-Opcodes: Python's `pickletools`.
+The opcodes are carried out by Python's own unpickler, the one written in Python: unlike that in C it takes no room for
+a place in its memo that a file merely names. It is held back where a small file could take much of it: sizes against
+the file, keys that aren't texts (nested tuples are hashed without end), what is called, and the number of steps.
 """
 
-import codecs
-import struct
+import io
+import pickle
 from collections.abc import Callable
-from dataclasses import dataclass, field
-from typing import Any
+from dataclasses import dataclass
+from typing import Any, ClassVar
 
 from model.body.refusal import BodyFileError
 
 MOST_OPCODES = 500_000
-"""Longest program; a model of SMPL has a few thousand. It bounds the time to about a second."""
+"""Opcodes and their arguments; a model of SMPL has a few thousand. It bounds the time to about a second."""
 
-MOST_BYTES = 2**30
-"""Bytes that a file may hold, or make by decoding [bytes]: SMPL-X, the largest model, has half of that."""
-
-_WORDS: dict[type, str] = {
-    str: "a text",
-    bytes: "a text",
-    list: "a list",
-    tuple: "a list",
-    dict: "a dictionary",
-    bool: "a number",
-    int: "a number",
-    float: "a number",
-}
+LONGEST_NAME = 100
+"""Signs of a name: those of chumpy have 30. A longer one could be made again and again until memory is full."""
 
 _REMEDY = "get the file anew from where it is published"
 
-_ARRAY_BASES = {("numpy", "ndarray"), ("numpy", "matrix"), ("numpy.matrixlib.defmatrix", "matrix")}
-SPARSE = {
-    (f"scipy.sparse.{folder}", f"{kind}_{form}")
-    for kind in ("csc", "csr")
-    for folder in (kind, f"_{kind}")
-    for form in ("matrix", "array")
+_ADMITTED = {
+    *(f"numpy.{name}" for name in ("ndarray", "matrix", "matrixlib.defmatrix.matrix", "dtype")),
+    *(
+        f"numpy.{core}.{name}"
+        for core in ("core", "_core")
+        for name in ("multiarray._reconstruct", "multiarray.scalar", "numeric._frombuffer")
+    ),
+    *(
+        f"scipy.sparse.{folder}{form}.{form}_{kind}"
+        for folder in ("", "_")
+        for form in ("csc", "csr")
+        for kind in ("matrix", "array")
+    ),
+    *(f"{name}.{kind}" for name in ("__builtin__", "builtins") for kind in ("set", "frozenset", "bytes", "object")),
+    *("copy_reg._reconstructor", "copyreg._reconstructor", "_codecs.encode"),
 }
-ARRAY = {(f"numpy.{core}.multiarray", "_reconstruct") for core in ("core", "_core")}
-_SCALAR = {(f"numpy.{core}.multiarray", "scalar") for core in ("core", "_core")}
-FROM_BUFFER = {(f"numpy.{core}.numeric", "_frombuffer") for core in ("core", "_core")}
-_SETS = {(builtins, name) for builtins in ("__builtin__", "builtins") for name in ("set", "frozenset")}
-_NO_BYTES = {("__builtin__", "bytes"), ("builtins", "bytes")}
-_OBJECTS = {("__builtin__", "object"), ("builtins", "object")}
-_RECONSTRUCTOR = {("copy_reg", "_reconstructor"), ("copyreg", "_reconstructor")}
-DTYPE = {("numpy", "dtype")}
-_ENCODE = {("_codecs", "encode")}
-_ADMITTED = (
-    _ARRAY_BASES | SPARSE | ARRAY | _SCALAR | FROM_BUFFER | _SETS | _NO_BYTES | _OBJECTS | _RECONSTRUCTOR
-    | DTYPE | _ENCODE
-)  # fmt: skip
 """Names that a file may use: how numpy and scipy pickle arrays, and how Python 2 and 3 pickle around them."""
 
+_REFUSED = (
+    *(pickle.EXT1, pickle.EXT2, pickle.EXT4, pickle.PERSID, pickle.BINPERSID),
+    *(pickle.NEXT_BUFFER, pickle.READONLY_BUFFER, pickle.NEWOBJ_EX, pickle.LONG4),
+)
+"""Opcodes that stand in no file of arrays: what stands outside the file, keyword arguments, endless whole numbers."""
 
-@dataclass(frozen=True)
-class Name:
-    """Something that the file asks for, as a name only."""
 
-    module: str
-    name: str
+@dataclass(eq=False, slots=True)
+class Held:
+    """Something that a file names, or would make of it, as the name, what it would be made from, and its state."""
+
+    path: str
+    arguments: tuple[Any, ...] = ()
+    state: Any = None
 
     @property
-    def pair(self) -> tuple[str, str]:
-        """Module and name."""
-        return self.module, self.name
+    def name(self) -> str:
+        """The name without its module."""
+        return self.path.rpartition(".")[2]
 
-    def __str__(self) -> str:
-        return f"{self.module}.{self.name}"
-
-
-@dataclass(eq=False)
-class Held:
-    """An object of the file that isn't made: its class, what it would be made from, and its state."""
-
-    kind: Name
-    arguments: tuple[Any, ...] = ()
-    state: Any = field(default=None)
+    @property
+    def is_chumpy(self) -> bool:
+        """Whether it is one of chumpy's."""
+        return self.path.startswith("chumpy.")
 
 
 def read_pickle(content: bytes) -> dict[str, Any]:
-    """The dictionary that a pickle holds; values are plain, or `Held`.
+    """The dictionary that a pickle holds; values are plain, or `Held`. Texts of Python 2 are read as Latin-1.
 
     Args:
         content: The file.
@@ -95,296 +81,143 @@ def read_pickle(content: bytes) -> dict[str, Any]:
     Raises:
         BodyFileError: It is truncated or too long, asks for a name that isn't admitted, or isn't a dictionary.
     """
-    found = _Machine(content).run()
+    file = _File(content)
+    try:
+        found = _Unpickler(file, encoding="latin1").load()
+    except BodyFileError:
+        raise
+    except EOFError:
+        raise BodyFileError(f"truncated: the pickle goes on after its {len(content)} bytes; {_REMEDY}") from None
+    except KeyError:  # of the opcodes: nothing else is looked up by what a file says
+        place = file.place - 1
+        where = f"byte {place} is {content[place : place + 1]!r}"
+        raise BodyFileError(f"not a pickle of arrays: {where}, which none has; {_REMEDY}") from None
+    except (pickle.UnpicklingError, AttributeError, IndexError, TypeError, ValueError):
+        where = f"makes no sense at byte {file.place}"
+        raise BodyFileError(f"truncated or damaged: the pickle {where}; {_REMEDY}") from None
     if not isinstance(found, dict):
         raise BodyFileError(f"the pickle holds {described(found)}, not a dictionary of arrays; {_REMEDY}")
-    return {key: value for key, value in found.items() if isinstance(key, str)}
-
-
-def is_chumpy(kind: Name) -> bool:
-    """Whether a name is one of chumpy's."""
-    return kind.module == "chumpy" or kind.module.startswith("chumpy.")
+    return found
 
 
 def described(value: Any) -> str:
     """What a value is, in a word, for errors."""
-    if isinstance(value, Held | Name):
-        return str(value.kind if isinstance(value, Held) else value)[:80]
-    return _WORDS.get(type(value), "nothing")
+    match value:
+        case Held():
+            return value.path[:80]
+        case str() | bytes():
+            return "a text"
+        case list() | tuple():
+            return "a list"
+        case dict():
+            return "a dictionary"
+        case int() | float():
+            return "a number"
+    return "nothing"
 
 
-def text(value: Any) -> str:
-    """A text of Python 3, or of Python 2, whose texts are bytes."""
-    return value.decode("latin1") if isinstance(value, bytes) else value if isinstance(value, str) else ""
-
-
-# The machine that carries the opcodes out.
-
-
-class _Mark:
-    """Where a group of values begins on the stack."""
-
-
-_MARK = _Mark()
-
-
-class _Machine:
-    """Stack, memo and place of a pickle's program."""
+class _File:
+    """A file of which no more is read than there is, and that not without end."""
 
     def __init__(self, content: bytes) -> None:
-        self._content = content
-        self._place = 0
-        self._made = 0
-        self._stack: list[Any] = []
-        self._memo: dict[int, Any] = {}
+        self._file = io.BytesIO(content)
+        self._reads = 0
 
-    def run(self) -> Any:
-        for _ in range(MOST_OPCODES):
-            code = self._take(1)
-            if code == b".":
-                return self._pop()
-            step = _STEPS.get(code)
-            if step is None:
-                where = f"byte {self._place - 1} is {code!r}"
-                raise BodyFileError(f"not a pickle of arrays: {where}, which none has; {_REMEDY}")
-            step(self)
-        raise BodyFileError(f"the pickle has more than {MOST_OPCODES} opcodes, a body has a few thousand; {_REMEDY}")
+    @property
+    def place(self) -> int:
+        return self._file.tell()
 
-    def _take(self, count: int) -> bytes:
-        start, self._place = self._place, self._place + count
-        if self._place > len(self._content):
-            raise BodyFileError(f"truncated: the pickle goes on after its {len(self._content)} bytes; {_REMEDY}")
-        return self._content[start : self._place]
+    def read(self, count: int) -> bytes:
+        self._reads += 1
+        if self._reads > MOST_OPCODES:
+            limit = f"more than {MOST_OPCODES} opcodes and arguments"
+            raise BodyFileError(f"the pickle has {limit}, a body has a few thousand; {_REMEDY}")
+        found = self._file.read(count)
+        if len(found) < count:
+            raise EOFError
+        return found
 
-    def _line(self) -> bytes:
-        end = self._content.find(b"\n", self._place)
-        if end < 0:
-            raise BodyFileError(f"truncated: the pickle goes on after its {len(self._content)} bytes; {_REMEDY}")
-        return self._take(end + 1 - self._place)[:-1]
+    def readline(self) -> bytes:
+        line = self._file.readline()
+        if not line.endswith(b"\n"):
+            raise EOFError
+        return line
 
-    def _number(self, layout: str) -> Any:
-        return struct.unpack(layout, self._take(struct.calcsize(layout)))[0]
 
-    def _sized(self, layout: str) -> bytes:
-        return self._take(self._number(layout))
+class _Texts(dict[str, Any]):
+    """A dictionary that leaves out keys which aren't texts: none of them names an array."""
 
-    def _push(self, value: Any) -> None:
-        self._stack.append(value)
+    __slots__ = ()
 
-    def _pop(self, kind: type | tuple[type, ...] = object) -> Any:
-        if not self._stack or self._stack[-1] is _MARK or not isinstance(self._stack[-1], kind):
-            raise self._damaged()
-        return self._stack.pop()
+    def __setitem__(self, key: Any, value: Any) -> None:
+        if isinstance(key, str):
+            super().__setitem__(key, value)
 
-    def _pop_to_mark(self) -> list[Any]:
-        for place in range(len(self._stack) - 1, -1, -1):
-            if self._stack[place] is _MARK:
-                group = self._stack[place + 1 :]
-                del self._stack[place:]
-                return group
-        raise self._damaged()
 
-    def _damaged(self) -> BodyFileError:
-        return BodyFileError(f"damaged: the pickle makes no sense at byte {self._place}; {_REMEDY}")
+_PYTHONS: dict[int, Callable[[Any], None]] = {
+    code: step for code, step in pickle._Unpickler.dispatch.items() if bytes([code]) not in _REFUSED
+}
 
-    def _parsed(self, made_of: Callable[[], Any]) -> Any:
-        try:
-            return made_of()
-        except (ValueError, UnicodeError):
-            raise self._damaged() from None
 
-    # What opcodes do, where it takes more than a line.
+class _Unpickler(pickle._Unpickler):
+    """Python's unpickler, for which names are names only."""
 
-    def _name(self, module: str, name: str) -> None:
-        asked = Name(module, name)
-        if asked.pair not in _ADMITTED and not is_chumpy(asked):
+    stack: list[Any]
+    append: Callable[[Any], None]
+    pop_mark: Callable[[], list[Any]]
+
+    def find_class(self, module: str, name: str) -> Held:
+        asked = Held(f"{module}.{name}")
+        if asked.path not in _ADMITTED and not (asked.is_chumpy and len(asked.path) <= LONGEST_NAME):
             raise BodyFileError(
-                f"the pickle asks for {str(asked)[:80]!r}, which no array of numpy, scipy or chumpy needs: it may be "
+                f"the pickle asks for {asked.path[:80]!r}, which no array of numpy, scipy or chumpy needs: it may be "
                 f"meant to run code and isn't read; {_REMEDY}"
             )
-        self._push(asked)
+        return asked
 
-    def _stack_name(self) -> None:
-        name, module = self._pop(str), self._pop(str)
-        self._name(module, name)
-
-    def _line_name(self) -> None:
-        module, name = self._line(), self._line()
-        self._name(module.decode("latin1"), name.decode("latin1"))
-
-    def _instance(self) -> None:
-        self._line_name()
-        kind = self._pop(Name)
-        self._make(kind, tuple(self._pop_to_mark()))
-
-    def _object(self) -> None:
-        kind, *arguments = self._pop_to_mark() or [None]
-        self._make(kind, tuple(arguments))
+    def _instantiate(self, kind: Any, arguments: list[Any] | tuple[Any, ...]) -> None:
+        if not isinstance(kind, Held):
+            raise pickle.UnpicklingError
+        match kind.name, arguments:
+            case "_reconstructor", (Held() as made, _, _):
+                self.append(Held(made.path))
+            case "encode", (str() as letters, "latin1"):  # bytes that Python 3 wrote for Python 2
+                self.append(letters)
+            case "bytes", ():
+                self.append(b"")
+            case _:
+                self.append(Held(kind.path, tuple(arguments)))
 
     def _reduce(self) -> None:
-        arguments, kind = self._pop(tuple), self._pop(Name)
-        self._make(kind, arguments)
-
-    def _new(self, *, keywords: bool) -> None:
-        if keywords and self._pop(dict):
-            raise self._damaged()
-        self._reduce()
-
-    def _make(self, kind: Any, arguments: tuple[Any, ...]) -> None:
-        if not isinstance(kind, Name):
-            raise self._damaged()
-        if kind.pair in _SETS:
-            self._push(arguments[0] if arguments else [])  # not as a set: its elements would be hashed
-        elif kind.pair in _NO_BYTES and not arguments:
-            self._push(b"")
-        elif kind.pair in _ENCODE:
-            self._push(self._encoded(arguments))
-        elif kind.pair in _RECONSTRUCTOR:
-            if len(arguments) != 3 or not isinstance(arguments[0], Name):
-                raise self._damaged()
-            self._push(Held(arguments[0]))
-        else:
-            self._push(Held(kind, arguments))
-
-    def _encoded(self, arguments: tuple[Any, ...]) -> bytes:
-        """Bytes that Python 3 wrote for Python 2: as a text in which each letter is a byte."""
-        if len(arguments) != 2 or not isinstance(arguments[0], str) or text(arguments[1]) != "latin1":
-            raise self._damaged()
-        self._made += len(arguments[0])
-        if self._made > MOST_BYTES:
-            raise BodyFileError(f"the pickle unfolds to more than {MOST_BYTES >> 20} MiB; {_REMEDY}")
-        return bytes(self._parsed(lambda: arguments[0].encode("latin1")))
+        arguments, kind = self.stack.pop(), self.stack.pop()
+        if not isinstance(arguments, tuple):  # it is kept as it stands: a copy for each call could fill memory
+            raise pickle.UnpicklingError
+        self._instantiate(kind, arguments)
 
     def _build(self) -> None:
-        state = self._pop()
-        target = self._pop(Held)
-        if target.state is not None:
-            raise self._damaged()
+        state, target = self.stack.pop(), self.stack[-1]
+        if not isinstance(target, Held) or target.state is not None:
+            raise pickle.UnpicklingError
         target.state = state
-        self._push(target)
-
-    def _append(self, values: list[Any]) -> None:
-        target = self._pop(list)
-        target.extend(values)
-        self._push(target)
-
-    def _set_items(self, values: list[Any]) -> None:
-        target = self._pop(dict)
-        if len(values) % 2:
-            raise self._damaged()
-        for key, value in zip(values[::2], values[1::2]):
-            if isinstance(key, str | bytes):  # others would be hashed, and none of them names an array
-                target[text(key)] = value
-        self._push(target)
 
     def _dictionary(self) -> None:
-        group = self._pop_to_mark()
-        self._push({})
-        self._set_items(group)
+        items = self.pop_mark()
+        self.append(_Texts())
+        for key, value in zip(items[::2], items[1::2], strict=True):
+            self.stack[-1][key] = value
 
-    def _tuple(self, count: int) -> None:
-        values = [self._pop() for _ in range(count)]
-        self._push(tuple(values[::-1]))
-
-    def _put(self, place: int) -> None:
-        value = self._pop()
-        self._memo[place] = value
-        self._push(value)
-
-    def _get(self, place: int) -> None:
-        if place not in self._memo:
-            raise self._damaged()
-        self._push(self._memo[place])
-
-    def _line_integer(self) -> Any:
-        line = self._line().rstrip(b"L")
-        return {b"00": False, b"01": True}.get(line) if line in (b"00", b"01") else self._parsed(lambda: int(line))
-
-    def _line_string(self) -> bytes:
-        line = self._line().strip()
-        if len(line) < 2 or line[:1] != line[-1:] or line[:1] not in (b"'", b'"'):
-            raise self._damaged()
-        return bytes(self._parsed(lambda: codecs.escape_decode(line[1:-1])[0]))
-
-    def _duplicate(self) -> None:
-        value = self._pop()
-        self._push(value)
-        self._push(value)
-
-    def _drop(self) -> None:
-        if not self._stack:
-            raise self._damaged()
-        self._stack.pop()
-
-    def _text8(self, raw: bytes) -> str:
-        return str(self._parsed(lambda: raw.decode("utf-8", "surrogatepass")))
-
-
-def _pair(machine: _Machine) -> list[Any]:
-    value, key = machine._pop(), machine._pop()
-    return [key, value]
-
-
-_STEPS: dict[bytes, Callable[[_Machine], Any]] = {
-    b"\x80": lambda m: m._take(1),  # protocol
-    b"\x95": lambda m: m._take(8),  # frame: how far to read ahead
-    b"(": lambda m: m._push(_MARK),
-    b"0": _Machine._drop,
-    b"1": _Machine._pop_to_mark,
-    b"2": _Machine._duplicate,
-    b"N": lambda m: m._push(None),
-    b"\x88": lambda m: m._push(True),
-    b"\x89": lambda m: m._push(False),
-    b"I": lambda m: m._push(m._line_integer()),
-    b"L": lambda m: m._push(m._line_integer()),
-    b"J": lambda m: m._push(m._number("<i")),
-    b"K": lambda m: m._push(m._number("<B")),
-    b"M": lambda m: m._push(m._number("<H")),
-    b"\x8a": lambda m: m._push(int.from_bytes(m._sized("<B"), "little", signed=True)),
-    b"F": lambda m: m._push(m._parsed(lambda: float(m._line()))),
-    b"G": lambda m: m._push(m._number(">d")),
-    b"S": lambda m: m._push(m._line_string()),
-    b"T": lambda m: m._push(m._sized("<I")),
-    b"U": lambda m: m._push(m._sized("<B")),
-    b"B": lambda m: m._push(m._sized("<I")),
-    b"C": lambda m: m._push(m._sized("<B")),
-    b"\x8e": lambda m: m._push(m._sized("<Q")),
-    b"\x96": lambda m: m._push(m._sized("<Q")),
-    b"V": lambda m: m._push(m._parsed(lambda: m._line().decode("raw-unicode-escape"))),
-    b"X": lambda m: m._push(m._text8(m._sized("<I"))),
-    b"\x8c": lambda m: m._push(m._text8(m._sized("<B"))),
-    b"\x8d": lambda m: m._push(m._text8(m._sized("<Q"))),
-    b")": lambda m: m._push(()),
-    b"\x85": lambda m: m._tuple(1),
-    b"\x86": lambda m: m._tuple(2),
-    b"\x87": lambda m: m._tuple(3),
-    b"t": lambda m: m._push(tuple(m._pop_to_mark())),
-    b"]": lambda m: m._push([]),
-    b"l": lambda m: m._push(m._pop_to_mark()),
-    b"a": lambda m: m._append([m._pop()]),
-    b"e": lambda m: m._append(m._pop_to_mark()),
-    b"\x8f": lambda m: m._push([]),  # a set; it is kept as a list
-    b"\x90": lambda m: m._append(m._pop_to_mark()),
-    b"\x91": lambda m: m._push(tuple(m._pop_to_mark())),
-    b"}": lambda m: m._push({}),
-    b"d": _Machine._dictionary,
-    b"s": lambda m: m._set_items(_pair(m)),
-    b"u": lambda m: m._set_items(m._pop_to_mark()),
-    b"p": lambda m: m._put(m._parsed(lambda: int(m._line()))),
-    b"q": lambda m: m._put(m._number("<B")),
-    b"r": lambda m: m._put(m._number("<I")),
-    b"\x94": lambda m: m._put(len(m._memo)),
-    b"g": lambda m: m._get(m._parsed(lambda: int(m._line()))),
-    b"h": lambda m: m._get(m._number("<B")),
-    b"j": lambda m: m._get(m._number("<I")),
-    b"c": _Machine._line_name,
-    b"\x93": _Machine._stack_name,
-    b"i": _Machine._instance,
-    b"o": _Machine._object,
-    b"R": _Machine._reduce,
-    b"\x81": lambda m: m._new(keywords=False),
-    b"\x92": lambda m: m._new(keywords=True),
-    b"b": _Machine._build,
-}
-"""What each opcode does. Those that aren't here - registered extensions, persistent ids, buffers outside the file,
-whole numbers of more than 255 bytes - stand in no file of arrays."""
+    dispatch: ClassVar[dict[int, Callable[[Any], None]]] = _PYTHONS | {
+        pickle.REDUCE[0]: _reduce,
+        pickle.NEWOBJ[0]: _reduce,
+        pickle.BUILD[0]: _build,
+        pickle.DICT[0]: _dictionary,
+        pickle.EMPTY_DICT[0]: lambda self: self.append(_Texts()),
+        # Sets are lists here: their elements would be hashed.
+        pickle.EMPTY_SET[0]: lambda self: self.append([]),
+        pickle.ADDITEMS[0]: _PYTHONS[pickle.APPENDS[0]],
+        pickle.FROZENSET[0]: _PYTHONS[pickle.TUPLE[0]],
+        # As bytes, for which no room is taken before they are there.
+        pickle.BYTEARRAY8[0]: _PYTHONS[pickle.BINBYTES8[0]],
+        # How far to read ahead, which needn't be done.
+        pickle.FRAME[0]: lambda self: self.read(8),
+    }

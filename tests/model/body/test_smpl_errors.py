@@ -16,7 +16,7 @@ import numpy as np
 import pytest
 import scipy.sparse as sp
 
-from model.body import BodyFileError, BodyModel, read_smpl, safe_pickle
+from model.body import BodyFileError, BodyModel, read_smpl
 from model.body.smpl_file import parse_smpl
 from tests.model.body.smpl_files import Arrays, as_npz, as_pickle, as_python2, fake_chumpy, random_model, with_chumpy
 
@@ -210,14 +210,6 @@ PICKLES: dict[str, tuple[bytes, str]] = {
 def test_pickles_that_are_not_whole(case: str) -> None:
     content, expected = PICKLES[case]
     assert expected in refuse(content)
-
-
-def test_a_text_that_unfolds_again_and_again(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Sixteen megabytes from one, by decoding the same text: memory has an end."""
-    monkeypatch.setattr(safe_pickle, "MOST_BYTES", 2**23)
-    text = b"X" + struct.pack("<I", 2**20) + b"a" * 2**20
-    again = b"c_codecs\nencode\nh\x00U\x06latin1\x86R"
-    assert "unfolds to more than 8 MiB" in refuse(b"\x80\x02" + text + b"q\x000(" + again * 16 + b"t.")
 
 
 # Pickles that want something run.
