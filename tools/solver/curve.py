@@ -55,8 +55,8 @@ to the end, its step a quarter of the finest that is compared. The reference's o
 its step, where that was solved; it is unmeasured elsewhere. Beyond that time trajectories of cloth part however small
 the error was, and statistics are compared: over the second half of the frames, each over the reference's (1.00 is
 equal). Blender's rows are its own curve: Cotton, self-collision, that many steps a frame, against its own {finest}.
-Wall time is that of the solve alone on {cores} cores, kernels loaded and the scene set up; `load` is the load average
-when it began, and times at a load beyond 1 say little.
+Wall time is that of the solve alone, kernels loaded and the scene set up, on {cores} core(s) with {threads} thread(s);
+`load` is the load average when it began.
 
 ![error against time](curve.png)
 
@@ -117,6 +117,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         print(f"{blender.missing}; its curve is left out", file=sys.stderr)
         blender = None
     about = tables.made()
+    about["threads"] = given.threads or about["cores"]
     scenes = {name: _scene(name, points, work, blender, given.quick) for name in names}
     folder = given.out or (work.folder if given.quick else tables.DOCS)
     publish(scenes, about, folder)
@@ -196,7 +197,8 @@ def _compare(rows: list[dict[str, Any]], yardstick: str, finest: str) -> None:
 
 def publish(scenes: dict[str, dict[str, Any]], about: dict[str, Any], folder: Path) -> None:
     """Write curve.json, curve.md and curve.png into `folder`."""
-    text = TEXT.format(finest=FINEST_QUALITY, **{k: about[k] for k in ("cores", "commit", "date", "processor")})
+    facts = {key: about[key] for key in ("cores", "threads", "commit", "date", "processor")}
+    text = TEXT.format(finest=FINEST_QUALITY, **facts)
     for name, scene in scenes.items():
         rows = []
         for row in scene["points"] + scene["blender"]:

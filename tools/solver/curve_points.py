@@ -70,7 +70,7 @@ BRISK = SimulateConfig(settle_frames=0, shape_speed=1.0, pose_speed=3.0)
 
 
 def _worn(gender: str, outfit: str, betas: tuple[float, ...], motion: str, start: int) -> Callable[[], Scene]:
-    return partial(person, gender, outfit, betas, motion=motion, start=start, frames=20, edge=0.02, config=BRISK)
+    return partial(person, gender, outfit, betas, motion=motion, start=start, frames=16, edge=0.014, config=BRISK)
 
 
 SCENES = {
