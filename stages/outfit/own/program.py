@@ -79,5 +79,5 @@ def describe(path: Path, settings: OwnGarment) -> list[str]:
         f"mesh: {len(mesh.vertices)} vertices, {len(mesh.faces)} triangles, edges {mesh.edge * 1e3:.1f} mm in the mean",
         f"area: {area:.3f} m^2",
         f"borders: {', '.join(borders)}",
-        f"inside the body: at most {fit.deepest * 1e3:.1f} mm; it is pushed out",
+        f"inside the body: {f'{fit.deepest * 1e3:.1f} mm at most, will be pushed out' if fit.deepest else 'nowhere'}",
     ]
