@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from model.body import BodyFileError, BodyModel, load_free_body
-from model.body.layer import faces_digest
+from model.body.free_twin import free_twin
 from model.body.smpl_file import file_content, parse_smpl
 from store import ShardError
 
@@ -46,9 +46,19 @@ def body_model_attrs(about: Mapping[str, Any]) -> dict[str, Any]:
     return {name: about[name] for name in (FILE, SHA256) if about.get(FILE)}
 
 
-def is_free_body(model: BodyModel) -> bool:
-    """Whether a body has the free body's faces: garments are cut for these."""
-    return faces_digest(model.faces) == faces_digest(load_free_body("female").faces)
+def load_wearer(about: Mapping[str, Any]) -> BodyModel:
+    """The body model that a task or a shard says, which garments can be made for: see `load_body_model`.
+
+    Raises:
+        ShardError: Besides, the body is too unlike the free body, for which garments are cut.
+        ValueError: There is no such gender.
+    """
+    model = load_body_model(about)
+    try:
+        free_twin(model)
+    except BodyFileError as error:
+        raise ShardError(str(about[FILE]), str(error), "make none but bodies with it: --until body") from None
+    return model
 
 
 def read_body_file(path: Path, gender: str) -> str:

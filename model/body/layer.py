@@ -11,6 +11,7 @@ import scipy.sparse as sp
 from numpy.typing import ArrayLike, NDArray
 
 from model.body.asset import ASSET_FOLDER
+from model.body.free_twin import free_twin
 from model.body.model import BodyModel
 
 FREE_LAYER = ASSET_FOLDER / "layer_free.npz"
@@ -86,29 +87,24 @@ class GarmentLayer:
 _LAYERS: "WeakKeyDictionary[BodyModel, GarmentLayer]" = WeakKeyDictionary()
 
 
-def garment_layer(model: BodyModel, reference: ArrayLike | None = None) -> GarmentLayer:
+def garment_layer(model: BodyModel) -> GarmentLayer:
     """The layer of a body model, made once per process and model.
 
-    Both genders of the free body share one stored layer. Any other model in SMPL's schema (24 joints in SMPL's order,
-    T-pose, y up, about symmetric in x) gets a layer built from its own template, which takes a few seconds; models that
-    are to share a layer (SMPL's female and male) must pass the same reference.
+    All bodies share one stored layer, and with it its topologies and segments: it was made for both genders of the free
+    body, and any other model wears it where its free twin (`free_twin`) has it. So garments on bodies of all genders
+    and files can be described, and learned, together.
 
     Args:
         model: The body.
-        reference: Vertices [m], shape [V, 3], that decide where the layer's vertices lie; `v_template` if left out.
-            Not used for the free body.
 
     Returns:
         The layer; its arrays are shared between callers.
 
     Raises:
-        ValueError: The body cannot carry a layer: joints and surface do not fit each other.
+        BodyFileError: The body is too unlike the free body.
     """
     if model not in _LAYERS:
-        template = _free_template()
-        if template.body_digest != faces_digest(model.faces):
-            template = build_template(model, model.v_template if reference is None else reference)
-        _LAYERS[model] = bind(template, model)
+        _LAYERS[model] = bind(_free_template(), free_twin(model))
     return _LAYERS[model]
 
 
@@ -118,7 +114,13 @@ def faces_digest(faces: ArrayLike) -> str:
 
 
 def bind(template: LayerTemplate, model: BodyModel) -> GarmentLayer:
-    """The layer of a body whose topology the template was built for."""
+    """The layer of a body whose topology the template was built for.
+
+    Raises:
+        ValueError: It has other faces.
+    """
+    if template.body_digest != faces_digest(model.faces):
+        raise ValueError(f"the layer was built for other faces than those of {model!r}")
     count = len(template.corners)
     weights = template.barycentric.astype(np.float64)
     weights /= weights.sum(axis=1, keepdims=True)
@@ -134,7 +136,7 @@ def bind(template: LayerTemplate, model: BodyModel) -> GarmentLayer:
 
 
 def build_template(model: BodyModel, reference: ArrayLike, joints: ArrayLike | None = None) -> LayerTemplate:
-    """Builds the layer of a body model; see `garment_layer`.
+    """Builds the layer from a body model; `tools/build_layer.py` does it for the free body.
 
     Args:
         model: The body, for its faces and skinning weights.

@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from model.body import BodyModel
+from model.body.free_twin import free_twin
 from model.mesh.intersection import intersecting_faces, self_intersecting_faces
 from stages.fabrics import Fabric
 from stages.outfit.blank import Blank, make_blank
@@ -63,7 +64,7 @@ def make_outfit(
     Raises:
         DataError: A garment cannot be kept clear of the body or of a garment below it, or meets itself.
     """
-    tight = tight_betas(betas, plan.tightness)
+    tight, twin = tight_betas(betas, plan.tightness, model), free_twin(model)
     body_faces = model.faces.astype(np.int64)
     tight_body, body = rest_body(model, tight), rest_body(model, betas)
     skin = Obstacle(tight_body, body_faces, config.clearance)
@@ -73,7 +74,7 @@ def make_outfit(
         progress(f"{garment_plan.name}: cut")
         blank = make_blank(garment_plan, model.gender, config.edge_length, own)
         progress(f"{garment_plan.name}: resize")
-        points = blank.surface.vertices + blank.displacement(model, tight, config)
+        points = blank.surface.vertices + blank.displacement(twin, tight, config)
         points = _fit(points, blank, skin, worn, config)
         worn.append(finish(blank, points, wearing, fabrics[garment_plan.fabric]))
     return worn

@@ -7,6 +7,7 @@ import scipy.sparse as sp
 from numpy.typing import NDArray
 
 from model.body import BodyModel, load_free_body
+from model.body.size import size_directions
 from model.mesh.topology import adjacency, edge_list
 from stages.outfit.template import load_template, nearest_on_body, rest_body
 
@@ -14,14 +15,21 @@ Array = NDArray[np.float64]
 Faces = NDArray[np.int64]
 
 
-def tight_betas(betas: Array, tightness: tuple[float, float]) -> Array:
+def tight_betas(betas: Array, tightness: tuple[float, float], model: BodyModel | None = None) -> Array:
     """Betas of the body that the garment is made for: positive tightness is a smaller, thinner body.
 
-    The embedded body's first beta is size and its second fatness for both genders, so the sign is the same for both;
-    CLOTH3D's factor (-1)^(g + 1) serves the opposite signs that SMPL's two models have.
+    CLOTH3D's factor (-1)^(g + 1) serves the opposite signs that SMPL's two models have; here they are told from the
+    model itself.
+
+    Args:
+        betas: Shape of the wearer, shape [B].
+        tightness: How much smaller, and how much thinner [standard deviations].
+        model: The wearer's body model; the embedded one if left out.
+
+    Returns:
+        Shape [B].
     """
-    tight = np.array(betas, dtype=np.float64)
-    tight[:2] -= tightness
+    tight: Array = betas - tightness @ size_directions(model or load_free_body("female"))[:, : len(betas)]
     return tight
 
 
@@ -32,7 +40,7 @@ def transferred_shape(model: BodyModel, betas: Array, garment: str, edge: float,
     field then removes the body's detail and leaves the garment's own geometry as it is.
 
     Args:
-        model: The body model of the template's gender.
+        model: The free body of the template's gender, or the free twin of another body.
         betas: Shape to go to, shape [B].
         garment: Name of the template.
         edge: Edge length of the template [m].

@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from stages.body_model import is_free_body, load_body_model
+from stages.body_model import load_wearer
 from stages.outfit import SPEC
 from stages.outfit.config import Config
 from stages.outfit.making import make_outfit
@@ -34,12 +34,7 @@ def run(task: Task, progress: Progress) -> dict[str, Any]:
     config = build(Config, task.config)
     path, key = task.input("body")
     body = read(path, "body", key)
-    model = load_body_model(body.attrs)
-    if not is_free_body(model):
-        raise DataError(
-            f"{body.path}: the body has {model.vertex_count} vertices, garments are cut for the free body alone; run "
-            "the recipe with --until body, or leave [dataset.body_models] out"
-        )
+    model = load_wearer(body.attrs)
     betas = np.asarray(body["betas"], dtype=np.float64)
     own, fabrics = own_garments_of(task.params), fabrics_of(task.params)
     try:
@@ -55,7 +50,7 @@ def run(task: Task, progress: Progress) -> dict[str, Any]:
     done = iter(range(2 * len(plan.garments) + 1))
     total = 2 * len(plan.garments) + 1
     garments = make_outfit(plan, model, betas, config, fabrics, lambda label: progress(next(done), total, label), own)
-    arrays: dict[str, Any] = {"tight_betas": tight_betas(betas, plan.tightness)}
+    arrays: dict[str, Any] = {"tight_betas": tight_betas(betas, plan.tightness, model)}
     for made in garments:
         folder = f"garments/{made.plan.name}"
         arrays[f"{folder}/vertices"] = made.vertices

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from model.body import load_free_body
-from stages.body_model import body_model_attrs, is_free_body, load_body_model
+from stages.body_model import body_model_attrs, load_body_model, load_wearer
 from store import ShardError
 from tests.model.body.smpl_files import as_npz, as_python2, random_model
 
@@ -22,7 +22,7 @@ def about(path: Path, **other: Any) -> dict[str, Any]:
 def test_without_a_file_it_is_the_free_body() -> None:
     assert load_body_model({"gender": "male", "fps": 30}) is load_free_body("male")
     assert body_model_attrs({"gender": "male", "body_model": ""}) == {}
-    assert is_free_body(load_free_body("male"))
+    assert load_wearer({"gender": "male"}) is load_free_body("male")
 
 
 def test_a_file_is_read_once(tmp_path: Path) -> None:
@@ -34,7 +34,8 @@ def test_a_file_is_read_once(tmp_path: Path) -> None:
     np.testing.assert_array_equal(body.v_template, made["v_template"].astype(np.float32))
     assert load_body_model(said) is body
     assert body_model_attrs(said) == {name: said[name] for name in ("body_model", "body_model_sha256")}
-    assert not is_free_body(body)
+    with pytest.raises(ShardError, match=r"smpl\.pkl: cannot be dressed: .* must be <= .*; make none but bodies"):
+        load_wearer(said)
 
 
 def test_a_file_that_is_not_the_planned_one(tmp_path: Path) -> None:

@@ -6,6 +6,7 @@ import sys
 import types
 from collections.abc import Iterator
 from contextlib import contextmanager
+from dataclasses import replace
 from functools import lru_cache
 from typing import Any, ClassVar
 
@@ -13,7 +14,7 @@ import igl
 import numpy as np
 import scipy.sparse as sp
 
-from model.body import PARENTS, load_free_body
+from model.body import PARENTS, BodyModel, joint_positions, load_free_body
 
 Arrays = dict[str, Any]
 
@@ -165,7 +166,34 @@ def human_model(gender: str = "female", vertices: int = 6890) -> Arrays:
     Joints come from a regressor, as in SMPL: that of each joint is the least one on the skin around it which gives its
     place. The correctives are random and small.
     """
+    return _as_file(load_free_body(gender), vertices)
+
+
+@lru_cache(maxsize=2)
+def stranger_model(gender: str = "female", vertices: int = 6890) -> Arrays:
+    """A person of other build than the free body's, as a file of SMPL would hold it.
+
+    It stands in a T-pose of its own, arms and legs lowered and apart by some degrees. Its first beta makes it fatter
+    and its second smaller if it is female, thinner and larger if it is male: other order and other signs.
+    """
     body = load_free_body(gender)
+    betas = [0.8, -1.0, 0.5, 1.0, -1.0, 0.5, -0.5, 1.0, 0.5, -0.5]
+    pose = np.zeros((1, 24, 3))
+    pose[0, [16, 17, 1, 2], 2] = np.deg2rad([-5.0, 5.0, 3.0, -3.0])
+    joints = joint_positions(body.shape(betas)[1], body.parents, pose)[0]
+    order, sign = [1, 0, *range(2, 10)], np.ones(10)
+    sign[0 if gender == "male" else 1] = -1.0
+    other = replace(
+        body,
+        v_template=body.pose(betas, pose)[0] - joints[0].astype(np.float32),
+        shapedirs=(body.shapedirs[..., order] * sign).astype(np.float32),
+        joint_template=joints - joints[0],
+    )
+    return _as_file(other, vertices)
+
+
+def _as_file(body: BodyModel, vertices: int) -> Arrays:
+    """A body on fewer vertices, in the layout of SMPL's own files."""
     v, f = body.v_template.astype(np.float64), body.faces.astype(np.int64)
     _, faces, _, kept = igl.decimate(v, f, 2 * vertices - 4)[-4:]
     template = v[kept]
