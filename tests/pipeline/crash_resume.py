@@ -70,7 +70,7 @@ def test_workers_die_with_a_killed_runner(mill: Mill) -> None:
     time.sleep(1.0)  # they are at work by now
     process.kill()  # the runner alone
     process.communicate()
-    _wait_for(lambda: not any(worker.is_running() for worker in workers), 5.0)
+    _wait_for(lambda: not any(worker.is_running() for worker in workers), 20.0)
 
 
 @pytest.mark.parametrize("stop", [signal.SIGINT, signal.SIGTERM])

@@ -9,6 +9,7 @@ import pytest
 import store
 from model.body import REST_POSE, load_free_body
 from pipeline.cli import main
+from stages.body.config import Config
 from stages.body_model import load_body_model
 from tests.model.body.smpl_files import as_python2, human_model, with_chumpy
 
@@ -56,7 +57,8 @@ def test_bodies_are_made_of_the_file(recipe: Path, capsys: pytest.CaptureFixture
     assert shard.attrs["body_model"] == str(file) and body.vertex_count == 6890 and body.posedirs is not None
     np.testing.assert_array_equal(shard["faces"], made["f"])
     posed = body.pose(shard["betas"], shard["pose"], np.zeros((5, 3)))
-    np.testing.assert_allclose(shard["vertices"], posed, atol=6e-5)
+    apart = np.linalg.norm(shard["vertices"] - posed, axis=2)
+    assert np.median(apart) < 1e-4 and apart.max() < Config().largest_move, "as posed, but for skin that was parted"
     # The same person in the same motion with the free body, which this one is but for its vertices and correctives.
     free = load_free_body("female").pose(shard["betas"], shard["pose"], shard["trans"])
     assert abs(np.ptp(posed[..., 2]) - np.ptp(free[..., 2])) < 0.01
@@ -82,7 +84,8 @@ def test_bodies_are_made_of_the_file(recipe: Path, capsys: pytest.CaptureFixture
     assert run(recipe, "run", "--until", "outfit", "--only", "stroll") == 0, capsys.readouterr()
     outfit = store.read(out / "outfit" / "stroll.h5", "outfit")
     skin = body.pose(outfit["tight_betas"], REST_POSE[None], np.zeros((1, 3)))[0].astype(np.float64)
-    cloth = outfit["garments/jumpsuit/vertices"].astype(np.float64)
+    worn = [outfit[f"garments/{name}/vertices"] for name in outfit.attrs["layers"]]
+    cloth = np.concatenate(worn).astype(np.float64)
     distance = np.sqrt(igl.point_mesh_squared_distance(cloth, skin, body.faces.astype(np.int64))[0])
     assert distance.min() > 0.0025 and np.median(distance) < 0.06
     capsys.readouterr()

@@ -126,7 +126,7 @@ def test_a_full_disk_is_named_and_leaves_the_older_shard(shard: Path) -> None:
     """A limit on file sizes stands for the full disk: it fails the write in the same way, without privileges."""
     before = shard.read_bytes()
     code = _FULL_DISK.format(tests=str(Path(__file__).parent), path=str(shard))
-    ended = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    ended = subprocess.run([sys.executable, "-B", "-c", code], capture_output=True, text=True, check=True)
     assert ended.stdout.strip() == f"{shard}: no room to write it (File too large); free some space there and run again"
     assert shard.read_bytes() == before
     assert list(shard.parent.iterdir()) == [shard]

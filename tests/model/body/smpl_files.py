@@ -89,7 +89,10 @@ def as_pickle(arrays: Any, protocol: int = 2) -> bytes:
 class _Python2(pickle._Pickler):
     """Writes texts as Python 2 does: as strings of bytes."""
 
-    dispatch: ClassVar[dict[Any, Any]] = dict(pickle._Pickler.dispatch)
+    # dill, which taichi imports, adds types of its own to the stock pickler.
+    dispatch: ClassVar[dict[Any, Any]] = {
+        kind: save for kind, save in pickle._Pickler.dispatch.items() if not save.__module__.startswith("dill")
+    }
 
     def _save_string(self, value: str | bytes) -> None:
         raw = value if isinstance(value, bytes) else value.encode("latin1")

@@ -171,7 +171,7 @@ def test_arms_are_left_out_where_nothing_else_helps(most: float, left_out: list[
     pose[18] = (0, 0, -0.6)
 
     def solve(**limits: Any) -> Freed:
-        config = Config(thinner_tries=0, largest_turn=most, **limits)
+        config = Config(thinner_tries=0, largest_turn=most, arm_gap=0.010, separation=0.008, **limits)
         return free_body(model, betas, lambda figure: still(pose), config, "someone")
 
     special = solve()
