@@ -328,6 +328,16 @@ def test_the_curve_is_measured_once_and_kept(tmp_path, monkeypatch, capsys):
     assert data["points"][1]["relative"]["silhouette_m2"] == 1.0
     assert (tmp_path / "out" / "curve.png").read_bytes()[:4] == b"\x89PNG"
     assert "**standard**" in (tmp_path / "out" / "curve.md").read_text()
+    # A scene that is measured by itself leaves the others' rows, and their commit, as they are.
+    before = tables.read("curve", tmp_path / "out")
+    old = {"made": before["made"] | {"commit": "older"}, "scenes": {"A": before["scenes"]["B64"]}}
+    del old["scenes"]["A"]["made"]
+    tables.write("curve", old, "", tmp_path / "out")
+    assert curve.main(arguments) == 0
+    after = tables.read("curve", tmp_path / "out")["scenes"]
+    assert after["A"]["made"]["commit"] == "older" and after["A"]["points"] == data["points"]
+    assert after["B64"] == before["scenes"]["B64"] | {"made": after["B64"]["made"]}
+    assert "Commit older" in (tmp_path / "out" / "curve.md").read_text()
 
 
 def test_a_changed_solver_is_measured_anew(tmp_path, monkeypatch):

@@ -55,13 +55,13 @@ to the end, its step a quarter of the finest that is compared. The reference's o
 its step, where that was solved; it is unmeasured elsewhere. Beyond that time trajectories of cloth part however small
 the error was, and statistics are compared: over the second half of the frames, each over the reference's (1.00 is
 equal). Blender's rows are its own curve: Cotton, self-collision, that many steps a frame, against its own {finest}.
-Wall time is that of the solve alone, kernels loaded and the scene set up, on {cores} core(s) with {threads} thread(s);
-`load` is the load average when it began.
+Wall time is that of the solve alone, kernels loaded and the scene set up; `load` is the load average when it began.
+Scenes that weren't measured again stay as they were.
 
 ![error against time](curve.png)
-
-Commit {commit}, {date}, {processor}.
 """
+
+MADE = "Commit {commit}, {date}, {processor}, {cores} core(s), {threads} thread(s)."
 
 
 @dataclass(frozen=True)
@@ -118,9 +118,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
         blender = None
     about = tables.made()
     about["threads"] = given.threads or about["cores"]
-    scenes = {name: _scene(name, points, work, blender, given.quick) for name in names}
+    scenes = {name: _scene(name, points, work, blender, given.quick) | {"made": about} for name in names}
     folder = given.out or (work.folder if given.quick else tables.DOCS)
-    publish(scenes, about, folder)
+    publish(_others(names, folder) | scenes, about, folder)
     return 1 if any("fault" in row for s in scenes.values() for row in s["points"] + s["blender"]) else 0
 
 
@@ -195,17 +195,24 @@ def _compare(rows: list[dict[str, Any]], yardstick: str, finest: str) -> None:
         row.pop("x", None)
 
 
+def _others(names: Sequence[str], folder: Path) -> dict[str, dict[str, Any]]:
+    """Scenes of the table in `folder` that aren't among `names`."""
+    before = tables.read("curve", folder) or {"made": {}, "scenes": {}}
+    return {k: {"made": before["made"]} | scene for k, scene in before["scenes"].items() if k not in names}
+
+
 def publish(scenes: dict[str, dict[str, Any]], about: dict[str, Any], folder: Path) -> None:
     """Write curve.json, curve.md and curve.png into `folder`."""
-    facts = {key: about[key] for key in ("cores", "threads", "commit", "date", "processor")}
-    text = TEXT.format(finest=FINEST_QUALITY, **facts)
+    text = TEXT.format(finest=FINEST_QUALITY)
+    scenes = {name: scenes[name] for name in SCENES if name in scenes}
     for name, scene in scenes.items():
         rows = []
         for row in scene["points"] + scene["blender"]:
             bold = f"**{row['point']}**" if row["point"] in LEVELS else row["point"]
             point = bold if "fault" not in row else f"{bold}: {row['fault']}"
             rows.append({**row, **row.get("relative", {}), "point": point})
-        text += f"\n## {name}: {scene['title'].removeprefix(f'{name}: ')}\n\n{tables.table(COLUMNS, rows)}\n"
+        text += f"\n## {name}: {scene['title'].removeprefix(f'{name}: ')}\n\n{MADE.format(**scene['made'])}\n\n"
+        text += f"{tables.table(COLUMNS, rows)}\n"
     tables.write("curve", {"made": about, "scenes": scenes}, text, folder)
     plot(scenes, LEVELS, folder / "curve.png")
 
