@@ -26,6 +26,9 @@ from stages.spec import DataError
 Betas = NDArray[np.float32]
 Tell = Callable[[str], object]
 
+PROBE = 10
+"""Frames before and after the worst one, on which another body is tried first."""
+
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Freed:
@@ -101,13 +104,23 @@ def free_body(
         DataError: The motion can't be put on this person.
     """
 
-    def attempt(shape: Betas, steps: int, left_out: tuple[int, ...]) -> _Attempt:
-        return _try(model, shape, steps, left_out, move, config, still, tell)
+    def attempt(shape: Betas, steps: int, left_out: tuple[int, ...], part: slice = slice(None)) -> _Attempt:
+        def moved(figure: Figure) -> Motion:
+            return move(figure).cut(part)
+
+        return _try(model, shape, steps, left_out, moved, config, still, tell)
 
     first = attempt(betas, 0, ())
     if not first.faults:
         return _freed(first, None, betas)
+    frame = first.faults[0].frame
+    about = slice(max(0, frame - PROBE), frame + PROBE + 1)
+    # A foot is held where it is throughout a contact: how far it must be moved is not told by a few frames.
+    worth = first.solution.partings and len(first.motion) > 2 * (2 * PROBE + 1)
     for shape, steps, left_out in _choices(model, betas, config, first.faults):
+        # What doesn't help where it is worst needn't be tried on the whole sequence.
+        if worth and attempt(shape, steps, left_out, about).faults:
+            continue
         other = attempt(shape, steps, left_out)
         if not other.faults:
             return _freed(other, first, betas)
@@ -163,9 +176,9 @@ def _try(
     motion, opening, faults = move(figure), None, []
     if not still:
         joints = {joint for row in left_out for joint in JOINTS[NAMES[row]]}
-        gaps = config.arm_gap, config.leg_gap
-        motion, opening = open_limbs(figure, divide(model, betas, joints), motion, gaps, tell)
-        faults = opening_faults(opening, config.largest_turn, config.largest_shift)
+        gaps, most = (config.arm_gap, config.leg_gap), (config.largest_turn, config.largest_shift)
+        motion, opening = open_limbs(figure, divide(model, betas, joints), motion, gaps, tell, most)
+        faults = opening_faults(opening, *most)
     vertices = model.pose(betas, motion.pose, np.zeros_like(motion.trans))
     solution, segments = Solution(vertices), segment(model, betas, left_out)
     if not faults:

@@ -17,7 +17,7 @@ from scipy.spatial.transform import Rotation
 from stages.body.figure import ANKLES, HIPS, KNEES, Figure
 from stages.body.legs import solve_leg
 from stages.body.motion import Motion
-from stages.body.overlap import FAR, Points, nearness
+from stages.body.overlap import FAR, Points, Surface
 from stages.body.parts import Parts
 from stages.body.turns import rotate, unit
 
@@ -28,6 +28,9 @@ ROUNDS = 6
 
 PROGRESS = 0.95
 """A round that leaves more than this of what was missing is the last: what remains is not for opening to solve."""
+
+ENOUGH = 1e-4
+"""Limbs that lack less than this are free: the last tenth of a millimetre would take as many rounds as all else [m]."""
 
 GLIDE = 3.0
 """Standard deviation in time of an opening's coming and going [frames]."""
@@ -62,6 +65,7 @@ def open_limbs(
     motion: Motion,
     gaps: tuple[float, float] = (0.010, 0.008),
     tell: Callable[[str], object] = lambda label: None,
+    most: tuple[float, float] = (np.inf, np.inf),
 ) -> tuple[Motion, Opening]:
     """Opens arms and legs where they touch.
 
@@ -72,12 +76,13 @@ def open_limbs(
         gaps: Free space wanted between an arm and the trunk, and between the legs [m]: two layers of cloth, each 2 mm
             from the skin and from the other.
         tell: Told after every round what is being done.
+        most: An arm that was turned farther [rad], or a foot that was moved farther [m], is opened no more.
 
     Returns:
         The motion with free limbs, and what was done.
     """
-    pose, leg_before, leg_after, shift = _open_legs(figure, parts, motion, gaps[1], tell)
-    pose, arm_before, arm_after, turned = _open_arms(parts, pose, gaps[0], tell)
+    pose, leg_before, leg_after, shift = _open_legs(figure, parts, motion, gaps[1], most[1], tell)
+    pose, arm_before, arm_after, turned = _open_arms(parts, pose, gaps[0], most[0], tell)
     opening = Opening(
         arm_distance_before=arm_before,
         arm_distance=arm_after,
@@ -90,7 +95,7 @@ def open_limbs(
 
 
 def _open_arms(
-    parts: Parts, pose: Array, gap: float, tell: Callable[[str], object]
+    parts: Parts, pose: Array, gap: float, most: float, tell: Callable[[str], object]
 ) -> tuple[Array, Array, Array, Array]:
     """Pose with free arms, smallest distances before and after [m], shape [T], and angles turned [rad], [T, 2]."""
     frames = len(pose)
@@ -100,7 +105,7 @@ def _open_arms(
     distance = np.full((frames, 2), FAR)
     short = np.inf
     stale = np.ones((frames, 2), dtype=bool)
-    trunk = parts.trunk.posed(parts.transforms(pose))
+    trunk = [Surface(*posed) for posed in zip(*parts.trunk.posed(parts.transforms(pose)), strict=True)]
     original = Rotation.from_rotvec(pose[:, SHOULDERS].reshape(-1, 3))
     for attempt in range(ROUNDS + 1):
         for side in (0, 1):
@@ -112,8 +117,9 @@ def _open_arms(
         if attempt == 0:
             before = distance.min(axis=1)
         tell("arms")
-        last, short = short, float(np.clip(gap - distance, 0.0, None).sum())
-        if not short or attempt == ROUNDS or short > PROGRESS * last:
+        last, short = short, _lacking(distance, gap)
+        far = np.linalg.norm(turns, axis=-1).max() > most
+        if not short or attempt == ROUNDS or short > PROGRESS * last or far:
             break
         opened = Rotation.from_rotvec(turns.reshape(-1, 3)) * original
         pose[:, SHOULDERS] = opened.as_rotvec().reshape(frames, 2, 3)
@@ -124,7 +130,7 @@ def _arm_need(
     parts: Parts,
     side: int,
     pose: Array,
-    trunk: tuple[Points, Points],
+    trunk: list[Surface],
     gap: float,
     distance: Array,
     stale: NDArray[np.bool_],
@@ -143,10 +149,10 @@ def _arm_need(
     collar = int(parts.parents[shoulder])
     pivots = rotate(transforms[:, collar, :, :3], parts.joints[shoulder]) + transforms[:, collar, :, 3]
     for k, t in enumerate(frames):
-        near = nearness(points[k], trunk[0][t], trunk[1][t])
+        near = trunk[t].nearness(points[k])
         distance[t] = near.distance.min()
         short = gap - near.distance
-        if short.max() <= 0:
+        if short.max() <= ENOUGH:
             continue
         lever = np.cross(points[k] - pivots[k], near.normals)
         length = np.linalg.norm(lever, axis=1)
@@ -159,7 +165,7 @@ def _arm_need(
 
 
 def _open_legs(
-    figure: Figure, parts: Parts, motion: Motion, gap: float, tell: Callable[[str], object]
+    figure: Figure, parts: Parts, motion: Motion, gap: float, most: float, tell: Callable[[str], object]
 ) -> tuple[Array, Array, Array, Array]:
     """Pose with free legs, smallest distances before and after [m], shape [T], and shifts of the feet [m], [T, 2]."""
     frames = len(motion)
@@ -185,8 +191,9 @@ def _open_legs(
         if attempt == 0:
             before = distance.min(axis=1)
         tell("legs")
-        last, short = short, float(np.clip(gap - distance, 0.0, None).sum())
-        if not short or attempt == ROUNDS or short > PROGRESS * last:
+        last, short = short, _lacking(distance, gap)
+        far = np.linalg.norm(shift, axis=-1).max() > most
+        if not short or attempt == ROUNDS or short > PROGRESS * last or far:
             break
         pose = _moved_feet(figure, parts, motion.pose, shift)
     return pose, before, distance.min(axis=1), np.linalg.norm(shift, axis=-1)
@@ -200,10 +207,10 @@ def _leg_need(
     at = [rotate(transforms[:, j, :, :3], parts.joints[j]) + transforms[:, j, :, 3] for j in (hip, ankle)]
     distance, need = np.empty(len(points)), np.zeros((len(points), 3))
     for t in range(len(points)):
-        near = nearness(points[t], *(o[t] for o in other))
+        near = Surface(other[0][t], other[1][t]).nearness(points[t])
         worst = int(near.distance.argmin())
         distance[t] = near.distance[worst]
-        if distance[t] >= gap:
+        if distance[t] >= gap - ENOUGH:
             continue
         along = at[1][t] - at[0][t]
         share = float((points[t][worst] - at[0][t]) @ along / (along @ along))
@@ -229,6 +236,12 @@ def _moved_feet(figure: Figure, parts: Parts, pose: Array, shift: Array) -> Arra
         local[:, KNEES[side]] = np.swapaxes(leg.thigh, -1, -2) @ leg.shank
         local[:, ANKLES[side]] = np.swapaxes(leg.shank, -1, -2) @ world[:, ANKLES[side]]
     return Rotation.from_matrix(local.reshape(-1, 3, 3)).as_rotvec().reshape(pose.shape)
+
+
+def _lacking(distance: Array, gap: float) -> float:
+    """What is missing to `gap` where it is more than `ENOUGH`, over all distances together [m]."""
+    missing = gap - distance
+    return float(missing[missing > ENOUGH].sum())
 
 
 def _envelope(need: Array) -> Array:

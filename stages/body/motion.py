@@ -23,3 +23,7 @@ class Motion:
     def __len__(self) -> int:
         """Number of frames T."""
         return len(self.pose)
+
+    def cut(self, part: slice) -> "Motion":
+        """Some of the frames."""
+        return Motion(pose=self.pose[part], trans=self.trans[part], planted=self.planted[part])

@@ -1,6 +1,7 @@
 """How near one part of the body comes to another, frame by frame."""
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -28,28 +29,27 @@ class Nearness:
     """Outward normal of the other part there, shape [N, 3]."""
 
 
-def nearness(points: Points, surface: Points, normals: Points) -> Nearness:
-    """Signed distances of points to a surface that is given by points and normals.
+class Surface:
+    """Points of a surface in one frame, in a tree that is built when first asked."""
 
-    Args:
-        points: Points to test [m], shape [N, 3].
-        surface: Points of the surface [m], shape [M, 3].
-        normals: Outward normals there, shape [M, 3].
+    def __init__(self, points: Points, normals: Points) -> None:
+        """Takes points [m] and outward normals, shape [M, 3] each."""
+        self.points, self.normals = points, normals
 
-    Returns:
-        Distance and way out of each point.
-    """
-    if not len(points):
-        return Nearness(distance=np.zeros(0), normals=points)
-    inside = (surface > points.min(axis=0) - FAR) & (surface < points.max(axis=0) + FAR)
-    near = np.flatnonzero(inside[:, 0] & inside[:, 1] & inside[:, 2])
-    if not len(near):
-        return Nearness(distance=np.full(len(points), FAR), normals=np.zeros_like(points))
-    apart, index = cKDTree(surface[near]).query(points, distance_upper_bound=FAR)
-    found = np.isfinite(apart)
-    index = near[np.where(found, index, 0)]
-    way = normals[index]
-    height = np.einsum("ni,ni->n", points - surface[index], way).astype(np.float64)
-    inside = height < -INWARD * apart
-    distance = np.where((apart < TANGENT) | inside, height, apart)
-    return Nearness(distance=np.where(found, distance, FAR), normals=way)
+    @cached_property
+    def tree(self) -> cKDTree:
+        """The points; not balanced, as a tree that few questions are asked takes longest to build."""
+        return cKDTree(self.points, balanced_tree=False, compact_nodes=False)
+
+    def nearness(self, points: Points) -> Nearness:
+        """Distance and way out of points [m], shape [N, 3]."""
+        if not len(points) or not len(self.points):
+            return Nearness(distance=np.full(len(points), FAR), normals=np.zeros_like(points))
+        apart, index = self.tree.query(points, distance_upper_bound=FAR)
+        found = np.isfinite(apart)
+        index = np.where(found, index, 0)
+        way = self.normals[index]
+        height = np.einsum("ni,ni->n", points - self.points[index], way).astype(np.float64)
+        inside = height < -INWARD * apart
+        distance = np.where((apart < TANGENT) | inside, height, apart)
+        return Nearness(distance=np.where(found, distance, FAR), normals=way)

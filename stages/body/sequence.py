@@ -104,7 +104,5 @@ def cut(motion: Motion, start: int, frames: int, name: str, *, whole: bool) -> M
     length = len(motion)
     if start < 0 or frames < 1 or start >= length or (whole and start + frames > length):
         raise DataError(f"{name}: frames {start} to {start + frames - 1} wanted, it has {length}; ask for fewer")
-    part = slice(start, min(start + frames, length))
-    trans = motion.trans[part].copy()
-    trans[:, :2] -= trans[0, :2]
-    return replace(motion, pose=motion.pose[part], trans=trans, planted=motion.planted[part])
+    part = motion.cut(slice(start, start + frames))
+    return replace(part, trans=part.trans - [*part.trans[0, :2], 0.0])

@@ -7,7 +7,7 @@ import numpy as np
 
 from model.body import REST_POSE
 from stages.body import SPEC
-from stages.body.acquire import acquire
+from stages.body.acquire import Performance, acquire
 from stages.body.config import Config
 from stages.body.failure import record_failure
 from stages.body.figure import Figure
@@ -22,6 +22,9 @@ from store import publish
 
 STEPS = 60
 """More than there are steps to tell about."""
+
+REST = Performance(motion="rest", action="rest", mended="", on=lambda figure: stand_at_rest())
+"""What people without a motion do."""
 
 
 def run(task: Task, progress: Progress) -> dict[str, Any]:
@@ -42,23 +45,23 @@ def run(task: Task, progress: Progress) -> dict[str, Any]:
     config = build(Config, task.config)
     model = load_body_model(task.params)
     betas = draw_betas(config.shape_range, config.betas, np.random.default_rng(task.seed))
-    about = {"motion": "rest", "action": "rest"}
+    still = task.kind != "sequence"
+    performance = REST if still else acquire(task.params, config.joints, config.rate)
+    about = {"motion": performance.motion, "action": performance.action}
+    if not still:
+        about["mended"] = performance.mended
     steps = iter(range(1, STEPS))
 
     def move(figure: Figure) -> Motion:
-        if task.kind != "sequence":
-            return stand_at_rest()
-        motion, about["motion"], about["action"], about["mended"] = acquire(
-            figure, task.params, config.joints, config.rate
-        )
-        progress(next(steps, STEPS - 1), STEPS, "the motion is on the person")
+        motion = performance.on(figure)
+        tell("the motion is on the person")
         return motion
 
     def tell(label: str) -> None:
         progress(next(steps, STEPS - 1), STEPS, label)
 
     try:
-        freed = free_body(model, betas, move, config, task.item, still=task.kind != "sequence", tell=tell)
+        freed = free_body(model, betas, move, config, task.item, still=still, tell=tell)
     except UnsolvableError as error:
         known = about | {"seed": task.seed, "betas": betas.tolist(), "gender": model.gender}
         record_failure(Path(task.output), task.item, model.faces, error, known)

@@ -27,6 +27,9 @@ MOVED = 1e-3
 BESIDE = 0.04
 """Skin that was not moved, as far as this from skin that was, is what that is compared with [m]."""
 
+FIRST = 60
+"""First frame taken of an embedded clip."""
+
 
 class Clock:
     """CPU time [s] spent on opening limbs and on parting skin, told from the labels of the steps."""
@@ -75,16 +78,14 @@ def trial(member: Member, frames: int, every: int, album: Album) -> dict[str, An
 
 def _middle(figure: Figure, motion: str, frames: int, told: dict[str, Any]) -> Motion:
     """Up to `frames` frames from the middle of a clip."""
-    params: dict[str, Any] = {"motion": motion, "motion_sha256": "", "start": 0, "frames": 1 << 20, "action": ""}
-    if Path(motion).suffix:
-        whole, told["motion"], told["action"], _ = acquire(figure, params, {}, 120.0)
-        start = max(0, (len(whole) - frames) // 2)
-    else:
-        start = 60
-        whole, told["motion"], told["action"], _ = acquire(figure, params | {"frames": start + frames}, {}, 120.0)
-    part = slice(start, start + frames)
-    told["frames"] = len(whole.pose[part])
-    return Motion(pose=whole.pose[part], trans=whole.trans[part], planted=whole.planted[part])
+    embedded = not Path(motion).suffix
+    length = FIRST + frames if embedded else 1 << 20
+    performance = acquire({"motion": motion, "motion_sha256": "", "start": 0, "frames": length}, {}, 120.0)
+    whole, told["motion"], told["action"] = performance.on(figure), performance.motion, performance.action
+    start = FIRST if embedded else max(0, (len(whole) - frames) // 2)
+    part = whole.cut(slice(start, start + frames))
+    told["frames"] = len(part)
+    return part
 
 
 def _measured(model: BodyModel, freed: Freed, every: int, album: Album) -> dict[str, Any]:

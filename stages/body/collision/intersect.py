@@ -12,6 +12,7 @@ from stages.body.collision.vectors import cross, dot
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
+Mask = NDArray[np.bool_]
 
 ROUNDING = 1e-12
 """Heights over a plane below this are rounding errors [m]."""
@@ -43,18 +44,39 @@ class Intersector:
         bounds = [np.unique(self.ordered[a:b]) for a, b in pairwise(self.patches.start)]
         self.vertices = np.concatenate(bounds)
         self.vertex_start = np.append(0, np.cumsum([len(rows) for rows in bounds]))
+        self.patch_of = np.empty(len(self.faces), np.int64)
+        self.patch_of[self.patches.order] = np.repeat(np.arange(len(bounds)), np.diff(self.patches.start))
 
-    def crossings(self, x: NDArray[np.float32]) -> Crossings:
-        """All crossings between the pairs of segments, in vertices x [m], shape [V, 3]."""
-        a, b = self._candidates(x)
-        return _pierced(x.astype(np.float64), self.faces, np.concatenate([a, b]), np.concatenate([b, a]))
+    def crossings(self, x: NDArray[np.float32], known: Crossings | None = None, moved: Mask | None = None) -> Crossings:
+        """All crossings between the pairs of segments.
 
-    def _candidates(self, x: NDArray[np.float32]) -> tuple[Index, Index]:
-        """Pairs of faces whose boxes overlap, and of which neither lies on one side of the other."""
+        Args:
+            x: Vertices [m], shape [V, 3].
+            known: What was found in this frame before some skin moved; None looks for everything.
+            moved: The vertices that moved since, shape [V].
+
+        Returns:
+            The crossings; those of skin that didn't move come first.
+        """
+        near = np.ones(len(self.patches.start) - 1, bool)
+        if known is not None and moved is not None:
+            near = np.logical_or.reduceat(moved[self.vertices], self.vertex_start[:-1])
+        a, b = self._candidates(x, near)
+        found = _pierced(x.astype(np.float64), self.faces, np.concatenate([a, b]), np.concatenate([b, a]))
+        if known is None or not len(known):
+            return found
+        stays = ~near[self.patch_of[known.faces]].any(axis=1)
+        return Crossings(
+            np.concatenate([known.faces[stays], found.faces]), np.concatenate([known.points[stays], found.points])
+        )
+
+    def _candidates(self, x: NDArray[np.float32], asked: Mask) -> tuple[Index, Index]:
+        """Pairs of faces, one of a patch `asked` for, whose boxes overlap and neither of which lies on one side."""
         patches = self.patches
         rows = np.take(x, self.vertices, axis=0)
         boxes = merged((rows, rows), self.vertex_start)
         near = patches.near_boxes(boxes)
+        near = near[asked[near].any(axis=1)]
         # Boxes about faces only where patches meet.
         meets = np.zeros(len(boxes[0]), bool)
         meets[near] = True

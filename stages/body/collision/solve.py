@@ -112,7 +112,7 @@ def part_segments(
     normals = Normals(segments.faces, x.shape[1])
     unit = np.zeros((x.shape[1], 3))
     out = Solution(x.copy())
-    stale = np.ones(len(x), bool)
+    stale, moved = np.ones(len(x), bool), np.zeros(x.shape[1], bool)
     crossings: list[Crossings] = [Crossings(np.zeros((0, 2), np.int64), np.zeros((0, 3)))] * len(x)
     tracks: dict[Pair, list[Track]] = {}
     for out.rounds in range(ROUNDS + 1):
@@ -121,7 +121,8 @@ def part_segments(
             if limit and any(parting.moved.max() > limit[pair] for pair, parting in out.partings.items()):
                 break
             for t in map(int, np.flatnonzero(stale)):
-                crossings[t] = tester.crossings(as_stored(out.vertices[t]))
+                known = crossings[t] if out.rounds > 1 else None
+                crossings[t] = tester.crossings(as_stored(out.vertices[t]), known, moved)
             out.left = _count(segments, crossings)
             if not out.left or out.rounds == ROUNDS:
                 break
@@ -142,16 +143,17 @@ def part_segments(
                         contact = pierced(segments, normals, out.vertices[t], crossings[t], pair, gap)
                         assert contact is not None
                         found.setdefault(pair, {})[t] = contact
-        stale[:] = False
+        stale[:], moved[:] = False, False
         for pair in sorted(found):
             for contacts in _clusters(segments, found[pair]):
                 if out.rounds % 2:
                     changed, skin = fair(segments, contacts, out.vertices)
                     out.partings.setdefault(pair, Parting.nothing(*x.shape[:2])).skin[skin] = True
-                    stale |= changed
-                    continue
-                normals_of = _normals(segments, pair, contacts, tracks.setdefault(pair, []), axes, out.vertices)
-                stale |= _part(segments, pair, contacts, normals_of, gap, out)
+                else:
+                    normals_of = _normals(segments, pair, contacts, tracks.setdefault(pair, []), axes, out.vertices)
+                    changed, skin = _part(segments, pair, contacts, normals_of, gap, out)
+                stale |= changed
+                moved[skin] = True
         for parting in out.partings.values():
             parting.measure(x, out.vertices)
     return out
@@ -190,8 +192,12 @@ def as_stored(x: Frames) -> Frames:
 
 def _part(
     segments: Segments, pair: Pair, contacts: Contacts, normals: NDArray[np.float64], gap: float, out: Solution
-) -> NDArray[np.bool_]:
-    """Moves both segments to their sides of the surface between them; says which frames changed, shape [T]."""
+) -> tuple[NDArray[np.bool_], NDArray[np.int64]]:
+    """Moves both segments to their sides of the surface between them.
+
+    Returns:
+        Frames that changed, shape [T], and vertices that were moved.
+    """
     frames = len(out.vertices)
     rows = np.concatenate([segments.members(pair[0]), segments.members(pair[1])])
     side = np.where(segments.label[rows] == pair[0], 1.0, -1.0)
@@ -205,7 +211,7 @@ def _part(
         need[t, near] = np.clip(gap / 2 - side[near] * height, 0.0, None)
     used = np.flatnonzero(need.any(axis=0))
     if not len(used):
-        return np.zeros(frames, bool)
+        return np.zeros(frames, bool), used
     smooth = envelope(need[:, used])
     during = np.flatnonzero(smooth.any(axis=1))
     region, u = spread(segments, pair, smooth[during], rows[used])
@@ -214,10 +220,11 @@ def _part(
     if out.rounds == 0:
         for t, contact in contacts.items():
             record.depth[t] = max(0.0, contact.weights.max() - gap)
-    record.skin[region[np.abs(u).max(axis=0) > 0]] = True
+    skin = region[np.abs(u).max(axis=0) > 0]
+    record.skin[skin] = True
     changed = np.zeros(frames, bool)
     changed[during] = True
-    return changed
+    return changed, skin
 
 
 def _count(segments: Segments, crossings: list[Crossings]) -> dict[Pair, NDArray[np.int32]]:

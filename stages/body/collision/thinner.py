@@ -4,17 +4,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from model.body import BodyModel
-
-STEP = 0.5
-"""Difference in a beta from which its effect is told [standard deviations]."""
+from model.body.size import size_directions
 
 
 def thinner(model: BodyModel, betas: NDArray[np.float32], step: float, lowest: float = -3.0) -> NDArray[np.float32]:
-    """The same person, less fat.
-
-    The beta that changes girth most - volume over the cube of the stature - goes the way that reduces it; where it is
-    at its end, the next one does. In SMPL and in the embedded body that is the second, overall fatness (CLOTH3D,
-    Resizing); its sign is the model's own.
+    """The same person, less fat: the beta of overall fatness goes the way that reduces it (CLOTH3D, Resizing).
 
     Args:
         model: The body.
@@ -23,25 +17,8 @@ def thinner(model: BodyModel, betas: NDArray[np.float32], step: float, lowest: f
         lowest: No beta leaves [lowest, -lowest].
 
     Returns:
-        Betas, shape [B]; the same if all are at their ends.
+        Betas, shape [B]; the same if that one is at its end.
     """
-    change = np.zeros(len(betas))
-    for k in range(len(betas)):
-        offset = np.zeros(len(betas))
-        offset[k] = STEP
-        change[k] = np.log(_girth(model, betas + offset)) - np.log(_girth(model, betas - offset))
-    out = betas.astype(np.float64)
-    for k in np.argsort(-np.abs(change), kind="stable"):
-        goal = float(np.clip(out[k] - np.sign(change[k]) * step, lowest, -lowest))
-        if abs(goal - out[k]) > 1e-6:
-            out[k] = goal
-            break
-    return out.astype(np.float32)
-
-
-def _girth(model: BodyModel, betas: NDArray[np.float64]) -> float:
-    """Volume over the cube of the stature."""
-    vertices, _ = model.shape(betas)
-    a, b, c = (vertices[model.faces[:, k]].astype(np.float64) for k in range(3))
-    volume = np.einsum("ni,ni->", a, np.cross(b, c)) / 6
-    return float(volume / np.ptp(vertices[:, 1]) ** 3)
+    fatness = size_directions(model)[1]
+    slim = np.clip(betas - step * fatness, lowest, -lowest)
+    return np.where(fatness != 0, slim, betas).astype(np.float32)

@@ -1,5 +1,6 @@
 """Parted skin, judged by an independent library's exact intersections."""
 
+from dataclasses import replace
 from typing import Any
 
 import igl.copyleft.cgal as cgal
@@ -129,8 +130,31 @@ def test_a_thinner_body_has_less_volume() -> None:
         model = load_free_body(gender)
         slim = thinner(model, np.zeros(10, np.float32), 1.0)
         np.testing.assert_array_equal(slim, [0, -1, 0, 0, 0, 0, 0, 0, 0, 0])
-    lean = np.array([0, -3, 0, 0, 0, 0, 0, 0, 0, 0], np.float32)
-    assert thinner(model, lean, 1.0)[1] == -3 and not np.array_equal(thinner(model, lean, 1.0), lean)
+    lean = np.array([2, -3, 0, 0, 0, 0, 0, 0, 0, 1], np.float32)
+    np.testing.assert_array_equal(thinner(model, lean, 1.0), lean)
+
+
+def test_a_thinner_body_where_betas_mean_something_else() -> None:
+    """A foreign body whose first beta is fatness, the other way round, and whose third is size."""
+    free = load_free_body("female")
+    axes = free.shapedirs[:, :, [1, 2, 0, *range(3, free.beta_count)]] * ([-1.0] + [1.0] * (free.beta_count - 1))
+    model = replace(free, shapedirs=axes.astype(free.shapedirs.dtype))
+    np.testing.assert_array_equal(thinner(model, np.zeros(10, np.float32), 1.0), [1, 0, 0, 0, 0, 0, 0, 0, 0, 0])
+
+
+def test_what_was_known_of_still_skin_is_kept() -> None:
+    """Looking only at skin that moved finds what looking at all of it does."""
+    model = load_free_body("female")
+    tester = Intersector(segment(model, HEAVY))
+    pose = bend(j18=(0, -2.5, 0), j4=(2.3, 0, 0), j1=(-1.9, 0, 0))[15]
+    x = model.pose(HEAVY, pose[None], np.zeros((1, 3)))[0]
+    known = tester.crossings(x)
+    moved = np.zeros(len(x), bool)
+    moved[np.unique(tester.faces[known.faces[: len(known) // 2]])] = True
+    shifted = x + 0.01 * moved[:, None].astype(np.float32)
+    wanted, found = tester.crossings(shifted), tester.crossings(shifted, known, moved)
+    assert set(map(tuple, found.faces.tolist())) == set(map(tuple, wanted.faces.tolist()))
+    assert len(found) == len(wanted) > 20 and set(map(tuple, known.faces.tolist())) != set(map(tuple, wanted.faces))
 
 
 def still(pose: np.ndarray) -> Motion:
