@@ -57,14 +57,15 @@ def test_plans_gain_time_on_every_outfit():
         assert scenes[name][WHOLE]["steps"] < scenes[name][EVERYTHING]["steps"], name
 
 
-def test_what_is_left_out_changes_less_than_the_step_does():
+def test_what_plans_change_is_bounded_by_what_the_step_does():
     scenes, _ = made()
     for name, rows in scenes.items():
         if not rows["body faces"]["events"]:
             assert rows["body faces"]["same_bits"], name
         own = rows[HALF]["error_0.5s_mm"]
         assert rows["pairs of cloth"]["error_0.5s_mm"] <= own, name
-        assert rows[WHOLE]["error_0.5s_mm"] <= 2 * own, name
+        assert rows[WHOLE]["error_0.5s_mm"] <= 2.1 * own, name
+        assert rows[WHOLE]["error_1s_mm"] <= 3 * rows[HALF]["error_1s_mm"], name
         assert max(row["depth_mm"] for label, row in rows.items() if label not in FORCES) <= 0.5, name
 
 

@@ -150,8 +150,8 @@ def compare(scene: Scene, config: SimulateConfig, rounds: int, name: str) -> dic
             taken = measure(one, settings, decide, label != EVERYTHING and label not in FORCES)
             found.setdefault(label, taken).seconds.append(taken.row["wall_s"])
             print(f"{name}, round {number + 1}, {label}: {taken.row['wall_s']:.2f} s", flush=True)
-    # How far everything is from its own limit tells what a difference means.
-    found[HALF] = measure(scene, replace(config, dt=config.dt / 2), (), False)
+    # How far everything is from its own limit tells what a difference means. Fast motion has steps by what it travels.
+    found[HALF] = measure(scene, replace(config, dt=config.dt / 2, travel=config.travel / 2), (), False)
     found[HALF].seconds.append(found[HALF].row["wall_s"])
     base = found[EVERYTHING]
     rows = []
