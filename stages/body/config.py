@@ -21,13 +21,13 @@ class Config:
     """Which joint of the motion files moves which of SMPL's, where their names don't tell: left_knee = "Calf_L"."""
     rate: float = field(default=120.0, metadata={"ge": 1.0, "le": 10000.0})
     """Rate of motion files that don't tell theirs, such as AMC [frames/s]."""
-    arm_gap: float = field(default=0.020, metadata={"gt": 0.0, "le": 0.05})
+    arm_gap: float = field(default=0.030, metadata={"gt": 0.0, "le": 0.05})
     """Free space to which arms are opened from the trunk: sleeve and side of a garment gather there in folds [m]."""
-    leg_gap: float = field(default=0.008, metadata={"gt": 0.0, "le": 0.05})
+    leg_gap: float = field(default=0.012, metadata={"gt": 0.0, "le": 0.05})
     """Free space to which legs are opened from each other [m]."""
-    separation: float = field(default=0.012, metadata={"gt": 0.0, "le": 0.05})
-    """Free space to which skin is parted where it would touch skin: four layers of cloth, a fold from either side, 2 mm
-    from skin and from each other, and 2 mm more [m]."""
+    separation: float = field(default=0.020, metadata={"gt": 0.0, "le": 0.05})
+    """Free space to which skin is parted where it would touch skin: eight layers of cloth, folded twice on either side,
+    2 mm from skin and from each other, and 2 mm more [m]."""
     smallest_gap: float = field(default=0.004, metadata={"ge": 0.0, "le": 0.05})
     """The least that any of these gaps may be: folded cloth must fit (CLOTH3D, Self-collision) [m]."""
     largest_turn: float = field(default=0.8, metadata={"gt": 0.0, "le": 1.6})
