@@ -26,7 +26,16 @@ def border_halfedges(faces: ArrayLike) -> NDArray[np.int64]:
     half = f[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2)
     base = int(f.max(initial=0)) + 1
     forward, backward = half[:, 0] * base + half[:, 1], half[:, 1] * base + half[:, 0]
-    return half[~np.isin(forward, backward)]
+    return half[~is_member(forward, np.sort(backward))]
+
+
+def is_member(values: NDArray[np.int64], ordered: NDArray[np.int64]) -> NDArray[np.bool_]:
+    """Which values are among some sorted ones, of the values' shape; several times faster than `np.isin`."""
+    if len(ordered) == 0:
+        return np.zeros(values.shape, dtype=bool)
+    place = np.minimum(np.searchsorted(ordered, values), len(ordered) - 1)
+    found: NDArray[np.bool_] = ordered[place] == values
+    return found
 
 
 def border_vertices(faces: ArrayLike, vertex_count: int) -> NDArray[np.bool_]:
@@ -100,7 +109,9 @@ def largest_component_faces(faces: ArrayLike) -> NDArray[np.bool_]:
 def compact(faces: ArrayLike, vertex_count: int) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
     """Drops unused vertices: faces over the kept vertices [F, 3], and the old number of each kept vertex [V']."""
     f = np.asarray(faces, dtype=np.int64)
-    kept = np.unique(f)
+    used = np.zeros(vertex_count, dtype=bool)
+    used[f.reshape(-1)] = True
+    kept = np.flatnonzero(used)
     renumber = np.full(vertex_count, -1, dtype=np.int64)
     renumber[kept] = np.arange(len(kept))
     return renumber[f], kept

@@ -15,7 +15,7 @@ _SHARE = {"ge": 0.0, "le": 1.0}
 class Config:
     """The recipe's section `[outfit]`. Every range is drawn from uniformly (CLOTH3D, Variability)."""
 
-    edge_length: float = field(default=0.010, metadata={"choices": (0.010, 0.014)})
+    edge_length: float = field(default=0.010, metadata={"ge": 0.005, "le": 0.025})
     """Mean edge length of the garments' triangles [m]."""
     tightness_range: tuple[float, float] = field(default=(-1.5, 0.5), metadata={"ge": -3.0, "le": 3.0})
     """Tightness of either component, subtracted from the first two betas [1]; positive is a smaller garment."""

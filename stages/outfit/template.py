@@ -1,6 +1,10 @@
-"""Template garments: made once for the mean body by `tools/build_templates.py`, loaded once per process."""
+"""Template garments: made once for the mean body by `tools/build_templates.py`, loaded once per process.
 
-from dataclasses import dataclass
+Those of two edge lengths come with the project; those of any other are remeshed from the nearer one when first asked
+for, which takes one to three seconds.
+"""
+
+from dataclasses import dataclass, replace
 from functools import cached_property, lru_cache
 from pathlib import Path
 
@@ -10,6 +14,7 @@ from numpy.typing import NDArray
 
 from model.body import REST_POSE, BodyModel, joint_positions, load_free_body
 from stages.outfit.coordinates import Axes
+from stages.outfit.resampling import resampled
 
 Array = NDArray[np.float64]
 Faces = NDArray[np.int64]
@@ -20,7 +25,10 @@ GARMENT_TYPES = ("tshirt", "top", "trousers", "skirt")
 """Types that have a template; a jumpsuit and a dress are sewn from two of them."""
 
 EDGE_LENGTHS = (0.010, 0.014)
-"""Mean edge lengths of the templates that exist [m]."""
+"""Mean edge lengths of the templates that come with the project [m]."""
+
+FINEST, COARSEST = 0.005, 0.025
+"""Edge lengths that a template can have [m]: coarser triangles would not follow a cuff."""
 
 QUANTUM = 4e-5
 """Step of the stored positions [m]."""
@@ -93,12 +101,12 @@ def save_template(path: Path, template: Template) -> None:
 
 @lru_cache(maxsize=32)
 def load_template(garment: str, gender: str, edge: float) -> Template:
-    """Reads a template, once per process.
+    """Reads a template, and remeshes it if none of this edge length comes with the project; once per process.
 
     Args:
         garment: One of `GARMENT_TYPES`.
         gender: `female` or `male`.
-        edge: One of `EDGE_LENGTHS` [m].
+        edge: Mean edge length [m], `FINEST` to `COARSEST`.
 
     Returns:
         The template; its arrays are shared and read-only.
@@ -106,11 +114,24 @@ def load_template(garment: str, gender: str, edge: float) -> Template:
     Raises:
         ValueError: There is no such template.
     """
+    if not FINEST <= edge <= COARSEST:
+        raise ValueError(f"edge length must be {FINEST:g} to {COARSEST:g} m, got {edge:g}")
+    source = min(EDGE_LENGTHS, key=lambda length: abs(np.log(length / edge)))
+    template = _read_template(garment, gender, source)
+    if edge != source:
+        vertices, faces = resampled(template.vertices, template.faces, edge)
+        template = replace(template, edge=edge, vertices=vertices, faces=faces)
+    template.vertices.setflags(write=False)
+    template.faces.setflags(write=False)
+    return template
+
+
+def _read_template(garment: str, gender: str, edge: float) -> Template:
+    """Reads a template that comes with the project."""
     path = template_path(garment, gender, edge)
     if not path.is_file():
         raise ValueError(
-            f"no template {path.name}: garment must be one of {', '.join(GARMENT_TYPES)}, gender female or male, "
-            f"edge length one of {', '.join(f'{e:g}' for e in EDGE_LENGTHS)} m"
+            f"no template {path.name}: garment must be one of {', '.join(GARMENT_TYPES)}, gender female or male"
         )
     with np.load(path, allow_pickle=False) as data:
         vertices = np.cumsum(data["vertex_steps"], axis=0) * QUANTUM
@@ -118,8 +139,6 @@ def load_template(garment: str, gender: str, edge: float) -> Template:
         top, bottom, waist = (float(h) for h in data["heights"])
         axes = Axes(*(row.astype(np.float64) for row in data["axes"]))
         flare = float(data["flare"])
-    vertices.setflags(write=False)
-    faces.setflags(write=False)
     return Template(
         garment=garment, gender=gender, edge=edge, vertices=vertices, faces=faces, axes=axes,
         top=top, bottom=bottom, waist=waist, flare=flare,

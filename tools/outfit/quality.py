@@ -19,7 +19,7 @@ from tools.outfit.quality_page import page
 from tools.outfit.quality_trial import masses, trial
 
 EDGE = 0.010
-MASS_EDGES = (0.007, 0.010, 0.014)
+MASS_EDGES = (0.005, 0.010, 0.020)
 
 
 def summary(trials: list[dict[str, Any]], mass: list[dict[str, list[float]]]) -> dict[str, Any]:
@@ -61,7 +61,7 @@ def main() -> None:
     """Makes the report."""
     parser = argparse.ArgumentParser(prog="python -m tools.outfit.quality", description=__doc__)
     parser.add_argument("--count", type=int, default=500, help="outfits")
-    parser.add_argument("--masses", type=int, default=12, help="outfits made at 7, 10 and 14 mm to compare masses")
+    parser.add_argument("--masses", type=int, default=12, help="outfits made at 5, 10 and 20 mm to compare masses")
     parser.add_argument("--minutes", type=float, default=float("inf"), help="stop after so much time")
     parser.add_argument("--out", type=Path, default=Path("docs/outfit"))
     given = parser.parse_args()

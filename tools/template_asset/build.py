@@ -8,6 +8,7 @@ from model.mesh.geometry import area_vectors
 from stages.outfit.clearance import Obstacle, clear
 from stages.outfit.coordinates import Axes
 from stages.outfit.cutting import cut
+from stages.outfit.resampling import sweep_order
 from stages.outfit.surface import Surface
 from stages.outfit.template import Template
 from tools.template_asset.designs import Design
@@ -41,7 +42,7 @@ def build_template(model: BodyModel, wearer: Wearer, garment: str, design: Desig
         surface = cut(surface, opening(surface.vertices), edge)
     body = Obstacle(wearer.vertices, model.faces.astype(np.int64), MARGIN)
     cleared, _ = clear(surface.vertices, surface.faces, [body])
-    order = _sweep_order(cleared)
+    order = sweep_order(cleared)
     rank = np.empty(len(order), dtype=np.int64)
     rank[order] = np.arange(len(order))
     faces = rank[surface.faces]
@@ -64,9 +65,3 @@ def _outwards(vertices: np.ndarray, faces: np.ndarray) -> np.ndarray:
     """The faces of a closed surface, turned so that they look outwards."""
     volume = (vertices[faces].mean(axis=1) * area_vectors(vertices, faces)).sum()
     return faces if volume > 0 else faces[:, ::-1].copy()
-
-
-def _sweep_order(vertices: np.ndarray) -> np.ndarray:
-    """Vertices from top to bottom in bands of 2 cm, around the axis in each: neighbours get near numbers."""
-    band = np.floor(vertices[:, 2] / 0.02)
-    return np.lexsort((np.arctan2(vertices[:, 1], vertices[:, 0]), -band))

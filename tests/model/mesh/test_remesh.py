@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from model.mesh.geometry import area_vectors, edge_lengths, face_areas, vertex_normals
-from model.mesh.remesh import remesh
+from model.mesh.remesh import _apart, remesh
 from model.mesh.split import split_along
 from model.mesh.strip import strip_faces
 from model.mesh.topology import border_loops, border_vertices, edge_list, euler_characteristic, is_edge_manifold
@@ -43,6 +43,34 @@ def test_remesh_stays_on_a_cylinder() -> None:
     outward = points * (1, 1, 0) / radius[:, None]
     inner = ~border_vertices(triangles, len(points))
     assert ((vertex_normals(points, triangles) * outward).sum(1)[inner] > 0.99).all()
+
+
+def test_changes_that_touch_are_taken_in_order() -> None:
+    rng = np.random.default_rng(0)
+    for _ in range(20):
+        members = rng.integers(0, 60, (40, 4))
+        wanted = np.flatnonzero(rng.random(40) < 0.8)
+        taken: list[int] = []
+        touched: set[int] = set()
+        for change in wanted.tolist():
+            if not touched & set(members[change].tolist()):
+                taken.append(change)
+                touched |= set(members[change].tolist())
+        chosen = _apart(np.repeat(np.arange(40), 4), members.reshape(-1), wanted, 40, 60)
+        assert 1 < len(taken) < len(wanted)
+        assert chosen.tolist() == taken
+
+
+def test_remeshing_a_copy_stays_on_the_surface_it_came_from() -> None:
+    vertices, faces = grid(30, 1.0)
+    angle = 3.0 * vertices[:, 0]
+    bent = np.stack([np.cos(angle) / 3, np.sin(angle) / 3, vertices[:, 1]], 1)
+    coarse = remesh(bent, faces, 0.1, 20)
+    again, triangles = remesh(*coarse, 0.05, onto=(bent, faces))
+    alone, _ = remesh(*coarse, 0.05)
+    assert len(triangles) > 2 * len(coarse[1])
+    assert np.abs(np.linalg.norm(again[:, :2], axis=1) - 1 / 3).max() < 5e-4
+    assert np.abs(np.linalg.norm(alone[:, :2], axis=1) - 1 / 3).max() > 1e-3
 
 
 def test_split_follows_the_line_exactly() -> None:

@@ -171,17 +171,43 @@ def test_elastics_run_along_their_ends() -> None:
     assert np.ptp(np.arctan2(waist[:, 1], waist[:, 0])) > 6.0
 
 
-def test_mass_is_area_times_density_and_hardly_changes_with_the_mesh() -> None:
-    plan = draw_plan("tshirt+trousers", CONFIG, np.random.default_rng(11))
+@pytest.mark.parametrize(
+    ("gender", "kind", "edges"),
+    [("male", "tshirt+trousers", (0.010, 0.014)), ("female", "top+skirt", (0.005, 0.010, 0.020))],
+)
+def test_mass_is_area_times_density_and_hardly_changes_with_the_mesh(
+    gender: str, kind: str, edges: tuple[float, ...]
+) -> None:
+    plan = draw_plan(kind, CONFIG, np.random.default_rng(11))
     masses = []
-    for edge in (0.010, 0.014):
+    for edge in edges:
         config = Config(edge_length=edge)
-        garments = make_outfit(plan, load_free_body("male"), np.zeros(10), config, load_fabrics(), lambda label: None)
+        garments = make_outfit(plan, load_free_body(gender), np.zeros(10), config, load_fabrics(), lambda label: None)
         for garment in garments:
             fabric = load_fabrics()[garment.plan.fabric]
             assert garment.attrs["mass_kg"] == pytest.approx(area(garment.vertices, garment.faces) * fabric.density)
         masses.append([garment.attrs["mass_kg"] for garment in garments])
-    assert masses[0] == pytest.approx(masses[1], rel=0.01)
+    for mass in masses[1:]:
+        assert mass == pytest.approx(masses[0], rel=0.01)
+
+
+@pytest.mark.parametrize(("edge", "kind"), [(0.007, "dress"), (0.025, "jumpsuit"), (0.020, "tshirt+trousers")])
+def test_outfits_of_other_edge_lengths_are_clean_and_off_the_body(edge: float, kind: str) -> None:
+    config, model = Config(edge_length=edge), load_free_body("male")
+    plan = draw_plan(kind, config, np.random.default_rng(5))
+    betas = np.array([-3.0, 3.0, *[0.0] * 8])
+    body, faces = rest_body(model, tight_betas(betas, plan.tightness)), model.faces.astype(np.int64)
+    for garment in make_outfit(plan, model, betas, config, load_fabrics(), lambda label: None):
+        v, f = garment.vertices, garment.faces
+        assert is_edge_manifold(f)
+        assert components(v, f) == 1
+        assert len(border_loops(f)) == LOOPS[garment.plan.name]
+        assert np.mean(angles(v, f) > 15) > 0.999
+        lengths = edge_lengths(v, f)
+        assert np.mean((lengths > 0.5 * edge) & (lengths < 2 * edge)) > 0.99
+        assert len(self_intersecting_faces(v, f)) == 0
+        assert len(intersecting_faces(v, f, body, faces)) == 0
+        assert igl.winding_number(body, faces, v[::7].copy()).max() < 0.5
 
 
 def test_the_same_plan_gives_the_same_bits() -> None:

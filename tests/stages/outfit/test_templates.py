@@ -7,9 +7,10 @@ from scipy.spatial import cKDTree
 from model.body import load_free_body
 from model.mesh.intersection import self_intersecting_faces
 from model.mesh.topology import border_loops, is_edge_manifold
+from stages.outfit.borders import loop_length
 from stages.outfit.clearance import Obstacle
 from stages.outfit.template import ASSET_FOLDER, EDGE_LENGTHS, GARMENT_TYPES, load_template, rest_body
-from tests.stages.outfit.measures import angles, components, edge_lengths
+from tests.stages.outfit.measures import angles, area, components, edge_lengths
 from tools.template_asset.designs import DESIGNS, default_grid
 from tools.template_asset.wearer import Wearer
 
@@ -31,6 +32,54 @@ def test_every_template_is_a_clean_mesh(garment: str, gender: str, edge: float) 
     lengths = edge_lengths(v, f)
     assert lengths.mean() == pytest.approx(edge, rel=0.03)
     assert np.mean((lengths > 0.5 * edge) & (lengths < 2 * edge)) > 0.999
+
+
+REMESHED = [("tshirt", 0.025), ("trousers", 0.0173), ("skirt", 0.012), ("top", 0.007), ("top", 0.005)]
+
+
+@pytest.mark.parametrize(("garment", "edge"), REMESHED)
+def test_any_edge_length_gives_a_clean_mesh_on_the_same_surface(garment: str, edge: float) -> None:
+    template, source = (load_template(garment, "male", e) for e in (edge, 0.010 if edge < 0.012 else 0.014))
+    v, f = template.vertices, template.faces
+    assert is_edge_manifold(f)
+    assert components(v, f) == 1
+    assert angles(v, f).min() > 15
+    assert np.mean(angles(v, f) > 30) > 0.99
+    lengths = edge_lengths(v, f)
+    assert lengths.mean() == pytest.approx(edge, rel=0.05)
+    assert np.mean((lengths > 0.5 * edge) & (lengths < 2 * edge)) > 0.999
+    assert area(v, f) == pytest.approx(area(source.vertices, source.faces), rel=0.005)
+    # The borders lie on the left half of the source's or are mirror images of it, and are as long.
+    curves = [source.vertices[loop] for loop in border_loops(source.faces)]
+    loops = border_loops(f)
+    assert len(loops) == LOOPS[garment] == len(curves)
+    fine = np.concatenate([c + t * (np.roll(c, -1, axis=0) - c) for c in curves for t in np.linspace(0, 1, 20)])
+    for loop in loops:
+        assert cKDTree(fine).query(np.abs(v[loop]) * [1, 0, 0] + v[loop] * [0, 1, 1])[0].max() < 6e-4
+    total = sum(loop_length(source.vertices, loop) for loop in border_loops(source.faces))
+    assert sum(loop_length(v, loop) for loop in loops) == pytest.approx(total, rel=0.02)
+
+
+@pytest.mark.parametrize(("garment", "edge"), REMESHED)
+def test_the_triangles_of_a_remeshed_template_are_mirrored(garment: str, edge: float) -> None:
+    template = load_template(garment, "male", edge)
+    away, opposite = cKDTree(template.vertices).query(template.vertices * [-1, 1, 1])
+    assert away.max() < 1e-12
+    assert (opposite[opposite] == np.arange(len(opposite))).all()
+    turned = np.sort(opposite[template.faces], axis=1)
+    assert {tuple(face) for face in turned.tolist()} == {tuple(f) for f in np.sort(template.faces, axis=1).tolist()}
+
+
+def test_remeshing_gives_the_same_bits_again() -> None:
+    again = load_template.__wrapped__("top", "male", 0.02)
+    assert np.array_equal(again.vertices, load_template("top", "male", 0.02).vertices)
+    assert np.array_equal(again.faces, load_template("top", "male", 0.02).faces)
+
+
+@pytest.mark.parametrize("edge", [0.0049, 0.026])
+def test_an_edge_length_out_of_range_is_refused(edge: float) -> None:
+    with pytest.raises(ValueError, match=r"edge length must be 0.005 to 0.025 m, got 0.0"):
+        load_template("top", "female", edge)
 
 
 @pytest.mark.parametrize("gender", GENDERS)
