@@ -1,7 +1,9 @@
 """Shows any motion on a body before anyone commits to a run: a video, a contact sheet and figures, in one command.
 
 It stands beside the stages, as it uses two of them: the motion is put on a body as the stage `body` does, and drawn as
-the stage `report` does. The recorded skeleton stands beside the body. Self-collisions are not solved here.
+the stage `report` does. The recorded skeleton stands beside the body. Self-collisions are solved as the stage does it:
+parts that cloth wouldn't collide with are grey; where the body would be rejected, it is shown as it is, with what is at
+fault in red and a red bar over the frames in which it is.
 """
 
 from __future__ import annotations
@@ -17,7 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 from PIL import Image
 
-from model.body import GENDERS, BodyModel, load_free_body
+from model.body import GENDERS, load_free_body
 from model.body.smpl_file import read_smpl
 from stages.body.config import BETA_COUNT
 from stages.body.fidelity import compare
@@ -27,6 +29,7 @@ from stages.body.readers import DEFAULT_RATE, read_motion, split_name, title
 from stages.body.recording import Recording
 from stages.body.sequence import embedded, prepared, put_on
 from stages.body.sticks import beside, bones
+from stages.preview_body import AT_FAULT, Solved
 from stages.report.film import write_film
 from stages.report.render import Studio
 from stages.report.scene import Shot, Surface, frame_shot, heading
@@ -39,6 +42,7 @@ Picture = NDArray[np.uint8]
 WIDTH, HEIGHT = 280, 360  # of each panel [px]
 SHEET_COLUMNS, SHEET_FRAMES = 6, 12
 BONE_COLOUR = (0.25, 0.33, 0.45)
+BAR = 8  # height of the bar over frames at fault [px]
 QUARTER = 0.7  # the camera stands this far to the right of who walks towards it [rad]
 
 
@@ -78,13 +82,23 @@ def preview(given: argparse.Namespace) -> Iterator[str]:
     path, _ = split_name(given.motion)
     at_30: Recording | None = None
     if path.name == given.motion and not path.suffix:
-        name, motion = given.motion, embedded(figure, given.motion)
+        name = given.motion
+
+        def move(person: Figure) -> Motion:
+            return embedded(person, name)
+
+        motion = move(figure)
         yield f"{name}: {len(motion)} frames, embedded"
     else:
         name = title(given.motion)
         recording = read_motion(given.motion, joints=_table(given.joint), rate=given.rate)
         at_30, mended = prepared(recording, path.name)
-        motion = put_on(figure, at_30, path.name)
+        steady = at_30
+
+        def move(person: Figure) -> Motion:
+            return put_on(person, steady, path.name)
+
+        motion = move(figure)
         rate = 1 / recording.frame_time
         yield f"{name}: {len(recording.rotations)} frames at {rate:.4g} fps, {len(motion)} at 30 fps"
         for what in mended:
@@ -102,7 +116,12 @@ def preview(given: argparse.Namespace) -> Iterator[str]:
     if out.suffix.lower() != ".mp4":
         raise DataError(f"--out must end in .mp4, got {out}")
     out.parent.mkdir(parents=True, exist_ok=True)
-    view = View(model, betas, figure, motion, at_30, name, part)
+    if given.raw:
+        solved = Solved.raw(model, betas, motion.cut(part))
+    else:
+        solved = Solved.of(model, betas, lambda person: move(person).cut(part), name)
+        yield solved.told
+    view = View(solved, figure, motion, at_30, name, part)
     chosen = np.unique(np.rint(np.linspace(0, view.frames - 1, SHEET_FRAMES)).astype(int))
     if given.sheet_only:
         sheet = [view.picture(int(frame)) for frame in chosen]
@@ -127,10 +146,9 @@ class View:
     """A motion on a body as pictures, the recorded skeleton at its left, if there is one.
 
     Args:
-        model: The body.
-        betas: The person's shape.
+        solved: The body, in the frames to show.
         figure: The person.
-        motion: The motion on the person.
+        motion: The whole motion on the person.
         recording: What it was made from, at 30 fps.
         name: Name of the motion, for errors.
         part: Frames to show.
@@ -138,30 +156,31 @@ class View:
 
     def __init__(
         self,
-        model: BodyModel,
-        betas: Array,
+        solved: Solved,
         figure: Figure,
         motion: Motion,
         recording: Recording | None,
         name: str,
         part: slice,
     ) -> None:
-        pose, trans = motion.pose[part], motion.trans[part]
-        self.frames = len(pose)
-        self._panels = [Surface(vertices=model.pose(betas, pose, trans).astype(np.float64), faces=model.faces)]
+        self.frames, self._at_fault = len(solved.motion), solved.at_fault
+        self._panels = [solved.surfaces]
         if recording is not None:
             sticks, faces = bones(*beside(recording, figure, motion, name))
-            self._panels.insert(0, Surface(vertices=sticks[part], faces=faces, cloth=BONE_COLOUR))
+            self._panels.insert(0, [Surface(vertices=sticks[part], faces=faces, cloth=BONE_COLOUR)])
         self.width = WIDTH * len(self._panels)
-        ahead = frame_shot(self._panels, trans, heading(pose[:, 0]), WIDTH, HEIGHT)
+        surfaces = [surface for panel in self._panels for surface in panel]
+        ahead = frame_shot(surfaces, solved.motion.trans, heading(solved.motion.pose[:, 0]), WIDTH, HEIGHT)
         self._shot = Shot(targets=ahead.targets, span=ahead.span, azimuths=(ahead.azimuths[0] - QUARTER,))
 
     def picture(self, frame: int) -> Picture:
         """One frame, shape [HEIGHT, width, 3]."""
         camera = self._shot.cameras(frame)[0]
-        return contact_sheet(
-            [Studio([p.at(frame)]).picture(camera, WIDTH, HEIGHT) for p in self._panels], len(self._panels)
-        )
+        views = [Studio([p.at(frame) for p in panel]).picture(camera, WIDTH, HEIGHT) for panel in self._panels]
+        picture = contact_sheet(views, len(views))
+        if frame in self._at_fault:
+            picture[:BAR] = np.rint(255 * np.array(AT_FAULT))
+        return picture
 
 
 def _table(entries: Sequence[str]) -> dict[str, str]:
@@ -189,6 +208,7 @@ def _parser() -> argparse.ArgumentParser:
     parser.add_argument(
         "--joint", action="append", default=[], metavar="OURS=THEIRS", help="as the recipe's [body.joints]"
     )
+    parser.add_argument("--raw", action="store_true", help="the body as it is: self-collisions aren't solved")
     parser.add_argument("--sheet-only", action="store_true", help="no video")
     return parser
 

@@ -40,9 +40,9 @@ class Config:
     """How often a thinner body is tried where that isn't enough."""
     thinner_step: float = field(default=1.0, metadata={"gt": 0.0, "le": 6.0})
     """How much thinner each of them is [standard deviations]."""
-    leave_out: str = field(default="arms", metadata={"choices": LEAVE_OUT})
+    leave_out: str = field(default="forearms", metadata={"choices": LEAVE_OUT})
     """The most that may be left out of what cloth collides with, where no thinner body helps: hands; forearms too;
-    or whole arms. Only outfits that don't cover these can then be simulated."""
+    or whole arms. Sleeves then end before; every upper garment covers a little of whole arms, and is refused."""
 
     def __post_init__(self) -> None:
         """Checks what concerns several settings.

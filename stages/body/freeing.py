@@ -53,10 +53,20 @@ class Freed:
 class UnsolvableError(DataError):
     """A body whose collisions can't be solved; carries what a picture of it needs."""
 
-    def __init__(self, cause: str, frame: int, vertices: NDArray[np.float32], marked: NDArray[np.bool_]) -> None:
-        """The cause on one line; the worst frame, its vertices [m], shape [V, 3], and those at fault, shape [V]."""
+    def __init__(
+        self, cause: str, frame: int, vertices: NDArray[np.float32], marked: NDArray[np.bool_], frames: set[int]
+    ) -> None:
+        """The cause on one line.
+
+        Args:
+            cause: What, where, the value, the limit and the remedy.
+            frame: The worst frame.
+            vertices: The body there [m], shape [V, 3].
+            marked: Vertices at fault, shape [V].
+            frames: All frames in which something is at fault.
+        """
         super().__init__(cause)
-        self.frame, self.vertices, self.marked = frame, vertices, marked
+        self.frame, self.vertices, self.marked, self.frames = frame, vertices, marked, frames
 
 
 @dataclass(frozen=True, eq=False)
@@ -128,7 +138,8 @@ def free_body(
     marked = np.isin(first.label, worst.segments)
     tried = f"{config.thinner_tries} thinner bodies and leaving out up to {config.leave_out}"
     cause = f"{name}: {worst.cause}; {tried} didn't help; choose another motion or a thinner body"
-    raise UnsolvableError(cause, worst.frame, first.before[worst.frame], marked)
+    frames = {frame for fault in first.faults for frame in fault.frames}
+    raise UnsolvableError(cause, worst.frame, first.before[worst.frame], marked, frames)
 
 
 def _choices(

@@ -7,6 +7,7 @@ import numpy as np
 
 from stages.body_model import load_wearer
 from stages.outfit import SPEC
+from stages.outfit.bareness import for_body
 from stages.outfit.config import Config
 from stages.outfit.making import make_outfit
 from stages.outfit.plan import draw_plan
@@ -36,6 +37,8 @@ def run(task: Task, progress: Progress) -> dict[str, Any]:
     body = read(path, "body", key)
     model = load_wearer(body.attrs)
     betas = np.asarray(body["betas"], dtype=np.float64)
+    left_out = body.attrs.get("collision", {}).get("left_out", [])
+    config = for_body(config, left_out)
     own, fabrics = own_garments_of(task.params), fabrics_of(task.params)
     try:
         settings = {name: mesh.settings for name, mesh in own.items()}
@@ -65,6 +68,8 @@ def run(task: Task, progress: Progress) -> dict[str, Any]:
         "layers": [garment.plan.name for garment in garments],
         "seed": task.seed,
     }
+    if left_out:
+        attrs["bare"] = {"left_out": left_out, "sleeve_length": list(config.sleeve_length)}
     publish(Path(task.output), SPEC.schema, task.key, arrays, attrs)
     progress(total, total, "published")
     return {

@@ -46,7 +46,28 @@ def test_an_embedded_clip_needs_no_file(tmp_path: Path, capsys: pytest.CaptureFi
     given = ["walk", "--frames", "2", "--start", "30", "--sheet-only", "--gender", "male", "--betas", "2", "1.5"]
     assert main([*given, "--out", str(tmp_path / "walk.mp4")]) == 0
     assert Image.open(tmp_path / "walk.png").size[1] == HEIGHT and not (tmp_path / "walk.mp4").exists()
-    assert "embedded" in capsys.readouterr().out
+    told = capsys.readouterr().out
+    assert "embedded" in told and "self-collision: solved, skin moved by" in told
+    assert main([*given, "--raw", "--out", str(tmp_path / "raw.mp4")]) == 0
+    assert "self-collision" not in capsys.readouterr().out
+    assert (tmp_path / "raw.png").read_bytes() != (tmp_path / "walk.png").read_bytes()
+
+
+def test_a_body_that_would_be_rejected_is_marked(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """A thigh through the belly of somebody fat: why, and a red bar over the pictures in which it is."""
+    angles = np.zeros((32, 24, 3))
+    angles[:, [16, 21], 0] = [-70, 70]
+    angles[16:, 1, 1] = -155
+    path = tmp_path / "kick.bvh"
+    path.write_text(person(angles, np.zeros((32, 3)), 1 / 30).text())
+    given = [str(path), "--betas", "3", "3", "--sheet-only", "--out", str(tmp_path / "kick.mp4")]
+    assert main(given) == 0
+    assert "would be rejected: kick: " in capsys.readouterr().out
+    sheet = np.asarray(Image.open(tmp_path / "kick.png"), float)
+    cells = [sheet[4, column * (2 * WIDTH + 4) + 20] for column in range(SHEET_COLUMNS)]
+    red = [cell[0] > 2 * cell[1] for cell in cells]
+    below = [sheet[HEIGHT + 8, column * (2 * WIDTH + 4) + 20] for column in range(SHEET_COLUMNS)]
+    assert not any(red[:4]) and all(cell[0] > 2 * cell[1] for cell in below[2:])
 
 
 @pytest.mark.parametrize(

@@ -24,6 +24,7 @@ from stages.body.recording import Recording
 from stages.body.sequence import prepared, put_on
 from stages.preview import HEIGHT, WIDTH, View
 from stages.preview import main as preview
+from stages.preview_body import Solved
 from stages.report.sheet import contact_sheet
 from stages.spec import DataError
 
@@ -66,7 +67,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         pictures.append(picture(model, figure, performed, at_30, name))
         print(rows[-1], flush=True)
         if given.sheets:
-            preview([motion, "--sheet-only", "--frames", "900", "--out", str(given.sheets / f"{name}.mp4")])
+            preview([motion, "--sheet-only", "--raw", "--frames", "900", "--out", str(given.sheets / f"{name}.mp4")])
     if not figures:
         print(f"{given.folder}: there are no motions that can be read", file=sys.stderr)
         return 1
@@ -101,7 +102,8 @@ def row(name: str, recording: Recording, motion: Motion, found: Fidelity, mended
 def picture(model: BodyModel, figure: Figure, motion: Motion, recording: Recording, name: str) -> np.ndarray:
     """The middle frame, with the motion's name, shape [H, W, 3]."""
     frame = len(motion) // 2
-    view = View(model, np.zeros(10), figure, motion, recording, name, slice(frame, frame + 1))
+    part = slice(frame, frame + 1)
+    view = View(Solved.raw(model, np.zeros(10), motion.cut(part)), figure, motion, recording, name, part)
     shown = Image.fromarray(view.picture(0))
     small = shown.resize((2 * WIDTH // SHRINK, HEIGHT // SHRINK), Image.Resampling.LANCZOS)
     ImageDraw.Draw(small).text((6, 4), f"{name}, frame {frame}", fill=(60, 60, 60))

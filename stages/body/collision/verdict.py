@@ -4,6 +4,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from stages.body.collision.segments import ARMS, NAMES, Segments, pair_name
 from stages.body.collision.solve import Solution
@@ -28,6 +29,8 @@ class Fault:
     """Where it is worst."""
     segments: tuple[int, ...]
     """The segments at fault, rows of `NAMES`."""
+    frames: tuple[int, ...]
+    """All frames in which it is so."""
 
 
 def opening_faults(opening: Opening, largest_turn: float, largest_shift: float) -> list[Fault]:
@@ -46,7 +49,7 @@ def opening_faults(opening: Opening, largest_turn: float, largest_shift: float) 
                     f"the limbs are free only after {done} the {word} {what} by {values[frame, side]:.2f} {unit} in "
                     f"frame {frame}, more than {key} = {limit:g} {unit}"
                 )
-                found.append(Fault(cause, frame, segments))
+                found.append(Fault(cause, frame, segments, _where(values[:, side] > limit)))
     return found
 
 
@@ -69,11 +72,15 @@ def parting_faults(solution: Solution, limit: Mapping[tuple[int, int], float]) -
                 f"{pair_name(pair)} are parted only by moving skin {parting.moved[frame] * MM:.0f} mm in frame "
                 f"{frame}, more than {word} = {limit[pair] * MM:g} mm"
             )
-            found.append((parting.moved[frame], Fault(cause, frame, pair)))
+            found.append((parting.moved[frame], Fault(cause, frame, pair, _where(parting.moved > limit[pair]))))
     for pair, left in solution.left.items():
         frame = int(left.argmax())
         cause = (
             f"{pair_name(pair)} still cross in {np.count_nonzero(left)} frames, at {left[frame]} edges in frame {frame}"
         )
-        found.append((0.0, Fault(cause, frame, pair)))
+        found.append((0.0, Fault(cause, frame, pair, _where(left > 0))))
     return [fault for _, fault in sorted(found, key=lambda item: -item[0])]
+
+
+def _where(mask: NDArray[np.bool_]) -> tuple[int, ...]:
+    return tuple(np.flatnonzero(mask).tolist())
