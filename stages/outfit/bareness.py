@@ -6,8 +6,8 @@ from dataclasses import replace
 from stages.outfit.config import Config
 
 LONGEST = {"hand": 0.85, "forearm": 0.37}
-"""Part of the arm that was left out -> where sleeves end at the latest, as `sleeve_length`: at the corners of the
-shapes the widest sleeve then has no vertex nearest to that part."""
+"""Part of the arm that was left out -> where sleeves end at the latest, as `sleeve_length`. The widest sleeve had no
+vertex nearest to that part on the mean body and on the largest and smallest; a forearm's 0.45 and a hand's 0.9 had."""
 
 
 def for_body(config: Config, left_out: Collection[str]) -> Config:
