@@ -10,7 +10,7 @@ STAGES := body outfit simulate register encode train report
 RUN := $(BIN)/python -m pipeline run "$(RECIPE)" $(if $(MOTION),--motion "$(MOTION)") $(if $(FRAMES),--frames $(FRAMES)) $(if $(JOBS),--jobs $(JOBS))
 
 .DEFAULT_GOAL := help
-.PHONY: help env demo test status peers curve extremes plan sequences collisions motions $(STAGES)
+.PHONY: help env demo test status peers curve extremes fabrics plan sequences collisions motions $(STAGES)
 
 help:
 	@echo "make demo                   set up, then make the demo: people, clothes, motion, models, report"
@@ -19,6 +19,7 @@ help:
 	@echo "make STAGE RECIPE=FILE      run a recipe up to a stage: $(STAGES)"
 	@echo "make status RECIPE=FILE     show what is done"
 	@echo "make extremes               the solver at the extremes: docs/solver/extremes.md"
+	@echo "make fabrics                drape, bending and stretch beside published figures: docs/solver/fabrics.md"
 	@echo "make plan                   what leaving out gains, scene by scene: docs/solver/plan.md; ARGS=--quick"
 	@echo "make curve PEERS=FOLDER     its error against time, Blender's beside it: docs/solver/curve.md; ARGS=--quick"
 	@echo "make peers PEERS=FOLDER     it and Blender in turn on common scenes: docs/solver/peers.md; RUNS=3, ARGS='--scenes A'"
@@ -57,6 +58,9 @@ test: env
 # What measures the solver. Blender lives in an environment of its own, as its packages are pinned to its Python.
 extremes: env
 	@$(BIN)/python -m tools.solver.extremes $(ARGS)
+
+fabrics: env
+	@$(BIN)/python -m tools.solver.fabrics $(ARGS)
 
 sequences: env
 	@test -n "$(MOTION)" || { echo "name a folder of BVH files: make sequences MOTION=FOLDER" >&2; exit 1; }

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
+from itertools import product
 
 import numpy as np
 from scipy.integrate import solve_ivp
@@ -79,9 +80,13 @@ def bending_length(fabric: Fabric, edge: float = 0.005, threads: int = 0) -> flo
 
 
 def drape_coefficient(
-    fabric: Fabric, edge: float = 0.0125, folds: Sequence[int] = (5, 6, 7), threads: int = 0
+    fabric: Fabric,
+    edge: float = 0.0125,
+    folds: Sequence[int] = (5, 6, 7),
+    threads: int = 0,
+    turns: Sequence[float] = (0.05,),
 ) -> np.ndarray:
-    """Drape coefficient by Cusick's test from each of several starts, shape [len(folds)].
+    """Drape coefficient by Cusick's test from each of several starts, shape [len(folds) len(turns)].
 
     (shadow - support) / (cloth - support), of a disc of 30 cm held flat on one of 18 cm. Draped cloth has many shapes
     to rest in: the coefficient scatters by several per cent from trial to trial, in the laboratory too (Kenkare et al.
@@ -93,16 +98,17 @@ def drape_coefficient(
         fabric: The fabric; edge: of the mesh [m].
         folds: Numbers of folds that the cloth starts with, 3 cm high at its border; it may come to rest with others.
         threads: See `SimulateConfig`.
+        turns: Where they start on the mesh [folds].
     """
     vertices, faces, held = disc(CLOTH, SUPPORT, edge)
     radius, turn = np.hypot(vertices[:, 0], vertices[:, 1]), np.arctan2(vertices[:, 1], vertices[:, 0])
     reach = np.clip((radius - SUPPORT) / (CLOTH - SUPPORT), 0.0, None)
-    support = np.pi * SUPPORT**2
-    flat = face_areas(vertices, faces).sum()
+    areas = face_areas(vertices, faces)
+    flat, support = areas.sum(), areas[(radius[faces] < SUPPORT + 1e-9).all(1)].sum()
     found = []
-    for count in folds:
+    for count, by in product(folds, turns):
         start = vertices.copy()
-        start[:, 2] = 0.03 * reach**2 * np.cos(count * turn + 0.3)
+        start[:, 2] = 0.03 * reach**2 * np.cos(count * turn + 2 * np.pi * by)
         s = _stepper(fabric, vertices, faces, held, 8.0, threads, start)
         _clamp(s, fabric, vertices, faces, radius - SUPPORT)
         _rest(s, 1e-3)

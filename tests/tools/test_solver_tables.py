@@ -89,8 +89,19 @@ def test_fine_has_less_error_than_blender_in_less_time(name, ratio):
     assert theirs["wall_s_per_simulated_s"] > ratio * ours["wall_s_per_simulated_s"]
 
 
+def test_fabrics_drape_alike_on_every_mesh():
+    rows = made("fabrics")["rows"]
+    assert {row["fabric"] for row in rows} == {"cotton", "silk", "denim", "leather"}
+    assert {row["edge_mm"] for row in rows} == {5.0, 10.0, 14.0, 20.0}
+    for row in rows:
+        # Denim is the stiffest, and 20 mm are as long as its bending length.
+        limit = 0.06 if (row["fabric"], row["edge_mm"]) == ("denim", 20.0) else 0.03
+        assert abs(row["over_10_mm"] - 1.0) < limit, (row["fabric"], row["edge_mm"])
+        assert row["bending_length_mm"] == pytest.approx(row["bending_length_theory_mm"], rel=0.02)
+
+
 def test_pages_show_the_same_rows_as_the_data():
-    for name, key in (("extremes", "cases"), ("peers", "rows")):
+    for name, key in (("extremes", "cases"), ("peers", "rows"), ("fabrics", "rows")):
         data = tables.read(name)
         if data is not None:
             page = (tables.DOCS / f"{name}.md").read_text()
