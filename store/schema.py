@@ -108,13 +108,22 @@ SCHEMAS: dict[str, Schema] = {
         ),
         Schema(
             "outfit",
-            1,
+            2,
             {
                 "tight_betas": Dataset("10"),
                 "garments/*/vertices": Dataset("N 3", "m"),
                 "garments/*/faces": Dataset("F 3", dtype=_INDEX),
                 "garments/*/elastic": Dataset("N", dtype="int8"),
                 "garments/*/waistband": Dataset("N", dtype="bool"),
+                # 0, or the `number` that the attribute `borders` gives the border on which a vertex lies.
+                "garments/*/border": Dataset("N", dtype="int8", optional=True),
+                # The sewing pattern: each face's place in the attribute `panels`; the panels side by side in one plane,
+                # u to the right and v upwards seen from outside; their seams, numbered in the attribute `panel_seams`.
+                "garments/*/panel": Dataset("F", dtype="int8", optional=True),
+                "garments/*/uv": Dataset("M 2", "m", optional=True),
+                "garments/*/uv_faces": Dataset("F 3", dtype=_INDEX, optional=True),
+                "garments/*/seam_edges": Dataset("S 2", dtype=_INDEX, optional=True),
+                "garments/*/seam": Dataset("S", dtype="int8", optional=True),
             },
             ("kind", "gender", "tightness", "garments", "layers"),
         ),

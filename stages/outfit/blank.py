@@ -11,6 +11,7 @@ from model.body import BodyModel
 from stages.outfit.borders import Border, name_borders
 from stages.outfit.config import Config
 from stages.outfit.own.load import OwnMesh
+from stages.outfit.panels import Panels, cut_out
 from stages.outfit.pieces import make_piece
 from stages.outfit.plan import GarmentPlan
 from stages.outfit.resizing import averaging_matrix, smooth_field, transferred_shape
@@ -36,6 +37,8 @@ class Blank:
     """Vertices on the waist seam, shape [N]."""
     borders: list[Border]
     """Its borders by name."""
+    panels: Panels | None = None
+    """Its panels; none if it is one's own."""
     own: OwnMesh | None = None
     """The file that it comes from, if it is one's own."""
 
@@ -80,7 +83,7 @@ def make_blank(plan: GarmentPlan, gender: str, edge: float, own: Mapping[str, Ow
     if plan.name in own:
         mesh = own[plan.name]
         surface = Surface.whole(mesh.vertices, mesh.faces)
-        return Blank(plan, surface, np.zeros(len(mesh.vertices), dtype=bool), mesh.borders, mesh)
+        return Blank(plan, surface, np.zeros(len(mesh.vertices), dtype=bool), mesh.borders, own=mesh)
     templates = [load_template(piece.template, gender, edge) for piece in plan.pieces]
     surfaces = [make_piece(template, piece.parameters) for template, piece in zip(templates, plan.pieces)]
     if len(surfaces) == 2:
@@ -88,4 +91,4 @@ def make_blank(plan: GarmentPlan, gender: str, edge: float, own: Mapping[str, Ow
     else:
         surface, seam = surfaces[0], np.zeros(len(surfaces[0].vertices), dtype=bool)
     borders = name_borders(plan.type, surface.vertices, surface.faces, templates[0].axes)
-    return Blank(plan, surface, seam, borders)
+    return Blank(plan, surface, seam, borders, cut_out(templates, surface, seam))

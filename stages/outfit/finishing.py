@@ -12,11 +12,34 @@ from model.mesh.topology import edge_list
 from stages.fabrics import Fabric
 from stages.outfit.blank import Blank
 from stages.outfit.borders import ELASTIC_RINGS, WAISTBAND_WIDTH, loop_length, tape_girth
+from stages.outfit.flattening import Flat, flatten
+from stages.outfit.panels import Panels
 from stages.outfit.plan import GarmentPlan
 from stages.outfit.surface import grown
 
 Array = NDArray[np.float64]
 Faces = NDArray[np.int64]
+
+
+@dataclass(frozen=True, eq=False)
+class Pattern:
+    """What a garment would be sewn from."""
+
+    panels: Panels
+    """Its panels and their seams."""
+    flat: Flat
+    """The panels laid flat."""
+
+    def arrays(self) -> dict[str, NDArray[Any]]:
+        """Its datasets by name, see `store.schema`."""
+        seams = self.panels.seams.values()
+        return {
+            "panel": self.panels.of_face.astype(np.int8),
+            "uv": self.flat.points,
+            "uv_faces": self.flat.faces,
+            "seam_edges": self.panels.cut_edges(),
+            "seam": np.repeat(np.arange(1, len(seams) + 1), [len(edges) for edges in seams]).astype(np.int8),
+        }
 
 
 @dataclass(frozen=True, eq=False)
@@ -33,6 +56,10 @@ class Garment:
     """0, or the number of the elastic that each vertex belongs to, shape [N]."""
     waistband: NDArray[np.bool_]
     """Vertices of the band that holds the garment up, shape [N]."""
+    border: NDArray[np.int8]
+    """0, or the number of the border that each vertex lies on, shape [N]."""
+    pattern: Pattern | None
+    """Its panels laid flat; none if it is one's own."""
     attrs: dict[str, Any]
     """What the shard says about it, as JSON values."""
 
@@ -68,7 +95,7 @@ def finish(blank: Blank, points: Array, wearing: Wearing, fabric: Fabric) -> Gar
     elastic, elastics = _elastics(blank, points, seams)
     waistband, band = _waistband(blank, points, wearing, fabric)
     area = float(face_areas(points, faces).sum())
-    attrs = {
+    attrs: dict[str, Any] = {
         "type": plan.type,
         "fabric": fabric.as_attrs(),
         "tightness": list(wearing.tightness),
@@ -76,8 +103,13 @@ def finish(blank: Blank, points: Array, wearing: Wearing, fabric: Fabric) -> Gar
         "elastics": elastics,
         "waistband": band,
         "borders": {
-            b.name: {"vertex": int(b.loop[0]), "vertices": len(b.loop), "length_m": loop_length(points, b.loop)}
-            for b in blank.borders
+            b.name: {
+                "number": number,
+                "vertex": int(b.loop[0]),
+                "vertices": len(b.loop),
+                "length_m": loop_length(points, b.loop),
+            }
+            for number, b in enumerate(blank.borders, start=1)
         },
         "seams": {
             name: {"vertices": loop.tolist(), "length_m": loop_length(points, loop)} for name, loop in seams.items()
@@ -86,9 +118,22 @@ def finish(blank: Blank, points: Array, wearing: Wearing, fabric: Fabric) -> Gar
         "area_m2": area,
         "mass_kg": area * fabric.density,
     }
+    border = np.zeros(len(points), dtype=np.int8)
+    for number, line in enumerate(blank.borders, start=1):
+        border[line.loop] = number
+    pattern = None
     if blank.own is not None:
         attrs["own"] = blank.own.attrs()
-    return Garment(plan, points, faces, elastic, waistband, attrs)
+    if blank.panels is not None:
+        panels = blank.panels
+        sleeves = [number for number, name in enumerate(panels.names) if name.endswith("sleeve")]
+        pattern = Pattern(panels, flatten(points, faces, panels.of_face, panels.cut_edges(), sleeves))
+        attrs["panels"] = panels.names
+        attrs["panel_seams"] = {
+            name: {"number": number, "edges": len(edges), "length_m": float(edge_lengths(points, edges).sum())}
+            for number, (name, edges) in enumerate(panels.seams.items(), start=1)
+        }
+    return Garment(plan, points, faces, elastic, waistband, border, pattern, attrs)
 
 
 def seam_loop(seam: NDArray[np.bool_], faces: Faces) -> Faces:

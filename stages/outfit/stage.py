@@ -60,6 +60,9 @@ def run(task: Task, progress: Progress) -> dict[str, Any]:
         arrays[f"{folder}/faces"] = made.faces
         arrays[f"{folder}/elastic"] = made.elastic
         arrays[f"{folder}/waistband"] = made.waistband
+        arrays[f"{folder}/border"] = made.border
+        if made.pattern is not None:
+            arrays |= {f"{folder}/{name}": array for name, array in made.pattern.arrays().items()}
     attrs = {
         "kind": plan.kind,
         "gender": model.gender,

@@ -62,7 +62,14 @@ def test_an_outfit_is_published_with_all_that_the_next_stages_need(tmp_path: Pat
         total += count
         assert shard[f"garments/{name}/faces"].max() == count - 1
         assert len(shard[f"garments/{name}/elastic"]) == len(shard[f"garments/{name}/waistband"]) == count
-        assert shard.attrs["garments"][name]["fabric"]["density"] > 0
+        about = shard.attrs["garments"][name]
+        assert about["fabric"]["density"] > 0
+        assert shard[f"garments/{name}/border"].max() == len(about["borders"])
+        assert shard[f"garments/{name}/panel"].max() == len(about["panels"]) - 1
+        assert shard[f"garments/{name}/uv_faces"].max() == len(shard[f"garments/{name}/uv"]) - 1
+        for seam in about["panel_seams"].values():
+            assert (shard[f"garments/{name}/seam"] == seam["number"]).sum() == seam["edges"]
+        assert len(shard[f"garments/{name}/seam_edges"]) == len(shard[f"garments/{name}/seam"])
     assert figures["vertices"] == total
     assert [s[0] for s in steps] == sorted(s[0] for s in steps)
     assert steps[-1][0] == steps[-1][1]
