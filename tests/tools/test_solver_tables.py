@@ -62,20 +62,20 @@ def test_the_comparison_is_whole():
 
 def test_error_falls_with_the_level():
     scenes = made("curve")["scenes"]
-    assert {"A", "A-free", "C", "B64"} <= set(scenes) <= set(CURVE_SCENES)
+    assert set(scenes) == set(CURVE_SCENES)
     for name, scene in scenes.items():
         rows = {row["point"]: row for row in scene["points"]}
         assert not [row["point"] for row in scene["points"] if "fault" in row], name
         # Half a second where a clip or a scene ends before one.
         key = "error_1s_mm" if "error_1s_mm" in rows["standard"] else "error_0.5s_mm"
-        assert rows["standard"][key] < rows["preview"][key], name
+        assert rows["fine"][key] < rows["standard"][key] < rows["preview"][key], name
         assert rows["standard"]["wall_s_per_simulated_s"] < rows["reference"]["wall_s_per_simulated_s"], name
 
 
 def test_faster_than_blender_at_its_own_error():
     rows = {row["solver"]: row for row in made("peers")["rows"] if row["scene"] == "A"}
     ours, theirs = rows["fine"], rows["Blender 14"]
-    assert len(ours["ratios"]) >= 3 and ours["ratio"] >= 2.9
+    assert len(ours["ratios"]) >= 3 and ours["ratio"] >= 3.0
     for key in ("error_0.5s_mm", "error_1s_mm"):
         assert ours[key] <= theirs[key]
 
