@@ -18,6 +18,7 @@ from stages.outfit.resizing import averaging_matrix, smooth_field, transferred_s
 from stages.outfit.sewing import sew
 from stages.outfit.surface import Surface, grown
 from stages.outfit.template import load_template
+from stages.outfit.upper_cuts import opening
 
 Array = NDArray[np.float64]
 
@@ -85,10 +86,13 @@ def make_blank(plan: GarmentPlan, gender: str, edge: float, own: Mapping[str, Ow
         surface = Surface.whole(mesh.vertices, mesh.faces)
         return Blank(plan, surface, np.zeros(len(mesh.vertices), dtype=bool), mesh.borders, own=mesh)
     templates = [load_template(piece.template, gender, edge) for piece in plan.pieces]
-    surfaces = [make_piece(template, piece.parameters) for template, piece in zip(templates, plan.pieces)]
+    surfaces = [make_piece(template, piece) for template, piece in zip(templates, plan.pieces)]
     if len(surfaces) == 2:
         surface, seam = sew(surfaces[0], surfaces[1], edge)
     else:
         surface, seam = surfaces[0], np.zeros(len(surfaces[0].vertices), dtype=bool)
-    borders = name_borders(plan.type, surface.vertices, surface.faces, templates[0].axes)
-    return Blank(plan, surface, seam, borders, cut_out(templates, surface, seam))
+    borders = name_borders(
+        plan.type, surface.vertices, surface.faces, templates[0].axes, opening(templates[0], plan.pieces[0])
+    )
+    sleeveless = "armholes" in plan.pieces[0].cuts
+    return Blank(plan, surface, seam, borders, cut_out(templates, surface, seam, sleeveless=sleeveless))

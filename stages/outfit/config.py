@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass, field, fields
 
-from stages.outfit.kinds import TYPES, UPPER
+from stages.outfit.kinds import NECKLINES, TYPES, UPPER
 from stages.settings import suggestion
 
 FABRICS = ("cotton", "silk", "denim", "leather")
@@ -43,6 +43,24 @@ class Config:
     """x_offset of sleeves and legs: where the widening starts, as a share of the axis [1]."""
     skirt_widening: tuple[float, float] = field(default=(0.85, 1.6), metadata={"gt": 0.0, "le": 2.0})
     """alpha_1 of skirts: growth of width from waist to shins, as a share of the width at the waist [1]."""
+    necklines: tuple[str, ...] = field(default=NECKLINES, metadata={"choices": NECKLINES})
+    """Necklines of t-shirts and tops, each as often as the others [names]."""
+    neck_depth: tuple[float, float] = field(default=(0.0, 1.0), metadata=_SHARE)
+    """Depth of necklines: share of the way from the neck to as deep as that kind is cut [1]."""
+    neck_width: tuple[float, float] = field(default=(0.0, 1.0), metadata=_SHARE)
+    """Width of necklines: share of the way from the neck to as wide as that kind, or the shoulder, lets [1]."""
+    vest_chance: float = field(default=0.15, metadata=_SHARE)
+    """Chance that a t-shirt is cut to a vest, without sleeves [1]."""
+    armhole_depth: tuple[float, float] = field(default=(0.0, 1.0), metadata=_SHARE)
+    """Armholes of vests: share of the way from close around the shoulder to wide and low [1]."""
+    strapless_chance: float = field(default=0.15, metadata=_SHARE)
+    """Chance that a top has no straps; a band as wide as the wearer holds it [1]."""
+    chest_height: tuple[float, float] = field(default=(0.0, 1.0), metadata=_SHARE)
+    """Upper border of strapless tops: share of the way from the chest to just below the armpits [1]."""
+    open_front_chance: float = field(default=0.2, metadata=_SHARE)
+    """Chance that a t-shirt that is not sewn to anything is open in front, as a shirt or waistcoat [1]."""
+    opening_width: tuple[float, float] = field(default=(0.04, 0.12), metadata={"ge": 0.02, "le": 0.15})
+    """Distance of the two sides of an open front at the neck; twice that at the longest hem [m]."""
     upper_fabrics: tuple[str, ...] = ("cotton", "silk")
     """Fabrics of t-shirts and tops, embedded ones or of the file that `fabrics` in [dataset] names [names]."""
     lower_fabrics: tuple[str, ...] = FABRICS
@@ -69,7 +87,8 @@ class Config:
         for item in fields(self):
             value = getattr(self, item.name)
             if isinstance(value, tuple) and not value:
-                raise ValueError(f"{item.name} must name at least one fabric, got none")
+                what = "neckline" if item.name == "necklines" else "fabric"
+                raise ValueError(f"{item.name} must name at least one {what}, got none")
             if isinstance(value, tuple) and not isinstance(value[0], str) and value[0] > value[1]:
                 raise ValueError(f"{item.name} must run from low to high, got [{value[0]:g}, {value[1]:g}]")
         for name, names in self.fabrics.items():

@@ -7,7 +7,7 @@ the new border are brought back into shape by `polishing`.
 import numpy as np
 import scipy.sparse as sp
 
-from model.mesh.topology import edge_list
+from model.mesh.topology import border_vertices, edges_with_counts
 from stages.outfit.polishing import polish
 from stages.outfit.surface import Array, Faces, Surface
 
@@ -17,6 +17,8 @@ SNAP = 0.35
 
 def cut(surface: Surface, field: Array, edge: float) -> Surface:
     """Keeps the part where the field is positive.
+
+    The line may be closed, or run from border to border; its ends lie on those borders.
 
     Args:
         surface: Mesh to cut.
@@ -38,10 +40,14 @@ def cut(surface: Surface, field: Array, edge: float) -> Surface:
 
 
 def _snap(surface: Surface, values: Array) -> tuple[Surface, Array]:
-    """Moves vertices that are close to the line onto it, along their most nearly halved crossing edge."""
-    edges = edge_list(surface.faces)
-    both = np.vstack([edges, edges[:, ::-1]])
-    a, b = both[values[both[:, 0]] * values[both[:, 1]] < 0].T
+    """Moves vertices that are close to the line onto it, along their most nearly halved crossing edge.
+
+    Those of a border keep to that border.
+    """
+    edges, faces = edges_with_counts(surface.faces)
+    both, inner = np.vstack([edges, edges[:, ::-1]]), np.concatenate([faces, faces]) > 1
+    at_border = border_vertices(surface.faces, len(values))
+    a, b = both[(values[both[:, 0]] * values[both[:, 1]] < 0) & ~(inner & at_border[both[:, 0]])].T
     share = values[a] / (values[a] - values[b])
     near = np.flatnonzero(share < SNAP)
     # The shortest move of each vertex: sorted by share, the first entry of each vertex wins.

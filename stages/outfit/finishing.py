@@ -6,12 +6,13 @@ from typing import Any
 import igl
 import numpy as np
 from numpy.typing import NDArray
+from scipy.spatial import cKDTree
 
 from model.mesh.geometry import edge_lengths, face_areas
 from model.mesh.topology import edge_list
 from stages.fabrics import Fabric
 from stages.outfit.blank import Blank
-from stages.outfit.borders import ELASTIC_RINGS, WAISTBAND_WIDTH, loop_length, tape_girth
+from stages.outfit.borders import CHEST_SNUGNESS, ELASTIC_RINGS, WAISTBAND_WIDTH, loop_length, tape_girth
 from stages.outfit.flattening import Flat, flatten
 from stages.outfit.panels import Panels
 from stages.outfit.plan import GarmentPlan
@@ -100,6 +101,7 @@ def finish(blank: Blank, points: Array, wearing: Wearing, fabric: Fabric) -> Gar
         "fabric": fabric.as_attrs(),
         "tightness": list(wearing.tightness),
         "parameters": {piece.template: dict(piece.parameters) for piece in plan.pieces},
+        "cuts": {piece.template: list(piece.cuts) for piece in plan.pieces},
         "elastics": elastics,
         "waistband": band,
         "borders": {
@@ -107,7 +109,7 @@ def finish(blank: Blank, points: Array, wearing: Wearing, fabric: Fabric) -> Gar
                 "number": number,
                 "vertex": int(b.loop[0]),
                 "vertices": len(b.loop),
-                "length_m": loop_length(points, b.loop),
+                "length_m": b.length(points),
             }
             for number, b in enumerate(blank.borders, start=1)
         },
@@ -197,13 +199,15 @@ def _waistband(
 ) -> tuple[NDArray[np.bool_], dict[str, float] | None]:
     """Vertices of the band that holds a garment up, shape [N], and its girth and rest ratio; None without one."""
     band = np.zeros(len(points), dtype=bool)
-    border = next((b for b in blank.borders if b.name == "waist"), None)
+    border = next((b for b in blank.borders if b.name in ("waist", "chest")), None)
     if border is None or (blank.own is not None and not blank.own.settings.banded):
         return band, None
-    height = blank.surface.vertices[:, 2]
-    band = height > height[border.loop].mean() - WAISTBAND_WIDTH
+    near = cKDTree(blank.surface.vertices[border.loop]).query(blank.surface.vertices, workers=1)[0]
+    band = near < WAISTBAND_WIDTH
     worn = _carried(points[border.loop], wearing.tight_body, wearing.body, wearing.faces)
     girth = tape_girth(worn) + 2 * np.pi * fabric.thickness
+    if border.name == "chest":
+        girth *= CHEST_SNUGNESS
     return band, {"girth_m": girth, "rest_ratio": girth / loop_length(points, border.loop)}
 
 

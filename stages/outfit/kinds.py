@@ -13,6 +13,9 @@ UPPER, LOWER = ("tshirt", "top"), ("trousers", "skirt")
 TYPES = (*UPPER, *LOWER, "jumpsuit", "dress")
 """Types of garment; the type says which topology a garment is registered to."""
 
+NECKLINES = ("round", "v", "boat")
+"""Necklines that upper garments are cut to."""
+
 MOST_OWN = 4
 """Garments of one's own that an outfit may have."""
 

@@ -53,13 +53,16 @@ class Panels:
         return np.concatenate([np.empty((0, 2), dtype=np.int64), *self.seams.values()])
 
 
-def cut_out(templates: Sequence[Template], surface: Surface, waist: NDArray[np.bool_]) -> Panels:
+def cut_out(
+    templates: Sequence[Template], surface: Surface, waist: NDArray[np.bool_], *, sleeveless: bool = False
+) -> Panels:
     """Tells a garment's panels apart.
 
     Args:
         templates: What it was cut from, from top to bottom.
         surface: The garment on the mean body, its rows over all templates in that order.
         waist: Vertices on the seam between two of them, shape [N].
+        sleeveless: Whether the sleeves of the t-shirt that it was cut from are gone.
 
     Returns:
         The panels and their seams.
@@ -78,7 +81,8 @@ def cut_out(templates: Sequence[Template], surface: Surface, waist: NDArray[np.b
         share = np.maximum(np.asarray(rows.sum(axis=1)), 1e-9)
         points = (rows @ template.vertices) / share
         prefix = f"{template.garment}_" if len(templates) > 1 else ""
-        own, number_of = _parts(template.garment, points[surface.faces[mine]].mean(axis=1), template.axes)
+        pattern = "top" if sleeveless and template.garment == "tshirt" else template.garment
+        own, number_of = _parts(pattern, points[surface.faces[mine]].mean(axis=1), template.axes)
         label[mine] = len(names) + number_of
         names += [prefix + name for name in own]
     label = _tidied(label, pairs[~sewn], len(names))

@@ -1,14 +1,19 @@
 """A template shaped and cut to its parameters, still on the mean body."""
 
 from collections.abc import Mapping
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 
+from model.mesh.geometry import vertex_normals
+from model.mesh.topology import border_vertices
 from stages.outfit.cutting import cut
+from stages.outfit.plan import Piece
 from stages.outfit.shaping import shape
 from stages.outfit.surface import Surface
 from stages.outfit.template import Template
+from stages.outfit.upper_cuts import Field, upper_fields
 
 Array = NDArray[np.float64]
 
@@ -17,6 +22,12 @@ HIP_RISE = 0.04
 
 STITCH = 0.87
 """Height of the strip of triangles that joins two pieces, in edge lengths: that of an equilateral triangle."""
+
+OFF_CURVE = 0.2
+"""How far off the curve a new border's vertices may be, in edge lengths; others of the border are older."""
+
+PROBE = 1e-5
+"""Step that slopes of fields are measured with [m]."""
 
 FAR = 1.0
 """Field value of what is not cut [m]."""
@@ -29,20 +40,39 @@ def waist_height(template: Template, share: float) -> float:
     return float(low + share * (high - low))
 
 
-def make_piece(template: Template, parameters: Mapping[str, float]) -> Surface:
+def make_piece(template: Template, piece: Piece) -> Surface:
     """Shapes and cuts a template.
 
     Args:
         template: The garment to start from.
-        parameters: See `stages.outfit.plan.PARAMETERS`; with `seam_height` the piece ends where it is to be sewn.
+        piece: What to make of it; with `seam_height` it ends where it is to be sewn.
 
     Returns:
         The piece on the mean body.
     """
-    surface = Surface.whole(shape(template, parameters), template.faces)
-    for field in cut_fields(template, parameters):
-        surface = cut(surface, surface.rows @ field, template.edge)
+    surface = Surface.whole(shape(template, piece.parameters), template.faces)
+    # Before lengths and heights, so that these cross the borders of an open front.
+    for field in upper_fields(template, piece):
+        surface = cut(surface, field(surface.vertices), template.edge)
+        surface = _onto(surface, field, template.edge)
+    for values in cut_fields(template, piece.parameters):
+        surface = cut(surface, surface.rows @ values, template.edge)
     return surface
+
+
+def _onto(surface: Surface, field: Field, edge: float) -> Surface:
+    """Moves the vertices of a new border onto the curve, along the cloth: cut edges are straight, the curve is not."""
+    points = surface.vertices.copy()
+    border = np.flatnonzero(border_vertices(surface.faces, len(points)))
+    border = border[np.abs(field(points[border])) < OFF_CURVE * edge]
+    normals = vertex_normals(points, surface.faces)[border]
+    for _ in range(2):
+        at = points[border]
+        value = field(at)
+        slope = np.stack([field(at + step) - value for step in np.eye(3) * PROBE], axis=1) / PROBE
+        slope -= (slope * normals).sum(axis=1, keepdims=True) * normals
+        points[border] -= (value / np.maximum((slope**2).sum(axis=1), 0.1))[:, None] * slope
+    return replace(surface, vertices=points)
 
 
 def cut_fields(template: Template, parameters: Mapping[str, float]) -> list[Array]:

@@ -1,7 +1,7 @@
 """What an outfit is before any mesh is touched: every choice drawn from the random generator, as plain numbers."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -16,6 +16,8 @@ DRAWS = (
     "skirt_widening", "upper_fabric", "lower_fabric",
     "sleeve_elastic", "leg_elastic", "waist_elastic", "sleeve_ratio", "leg_ratio", "waist_ratio",
     *(f"own_fabric_{number}" for number in range(MOST_OWN)),
+    "neckline", "neck_depth", "neck_width", "vest", "armhole_depth", "strapless", "chest_height",
+    "open_front", "opening_width",
 )  # fmt: skip
 """Every random number, in the order drawn. All are drawn always, so that changing one setting changes nothing else; new
 ones go to the end, so that outfits stay as they were."""
@@ -28,6 +30,16 @@ PARAMETERS = {
 }
 """Parameters that shape and cut each template."""
 
+CUTS = {
+    "round_neck": ("neck_depth", "neck_width"),
+    "v_neck": ("neck_depth", "neck_width"),
+    "boat_neck": ("neck_depth", "neck_width"),
+    "armholes": ("armhole_depth",),
+    "strapless": ("chest_height",),
+    "front_opening": ("opening_width",),
+}
+"""Cuts of upper garments, and their parameters. Armholes make a vest of a t-shirt, and take the sleeves' parameters."""
+
 ELASTIC_ENDS = {"tshirt": "sleeve", "trousers": "leg"}
 """Templates whose ends may carry an elastic, and what it is called."""
 
@@ -39,7 +51,10 @@ class Piece:
     template: str
     """Name of the template."""
     parameters: Mapping[str, float]
-    """Values of `PARAMETERS[template]`; a sewn piece has `seam_height` in place of the border at the seam."""
+    """Values of `PARAMETERS[template]` and of its cuts; a sewn piece has `seam_height` in place of the border at the
+    seam, and a vest has no sleeves."""
+    cuts: tuple[str, ...] = ()
+    """Names of `CUTS`."""
 
 
 @dataclass(frozen=True)
@@ -119,11 +134,14 @@ def _template_garment(name: str, config: Config, u: Mapping[str, float]) -> Garm
     fabric = _pick(config.fabrics_of(name), u["upper_fabric" if name in UPPER else "lower_fabric"])
     if name in ("jumpsuit", "dress"):
         templates = (_pick(UPPER, u["upper"]), "trousers" if name == "jumpsuit" else "skirt")
-        pieces = tuple(_sewn_piece(template, values) for template in templates)
-        ends = [*(ELASTIC_ENDS[template] for template in templates if template in ELASTIC_ENDS), "waist"]
+        pieces = tuple(_sewn_piece(template, _cuts(template, config, u), values) for template in templates)
+        ends = [*_ends(pieces), "waist"]
     else:
-        pieces = (_piece(name, values),)
-        ends = [ELASTIC_ENDS[name]] if name in ELASTIC_ENDS else []
+        cuts = _cuts(name, config, u)
+        if name == "tshirt" and u["open_front"] < config.open_front_chance:
+            cuts = (*cuts, "front_opening")
+        pieces = (_piece(name, cuts, values),)
+        ends = _ends(pieces)
     ratios = {end: _between(config.elastic_ratio, u[f"{end}_ratio"]) for end in ends}
     elastics = {end: ratio for end, ratio in ratios.items() if u[f"{end}_elastic"] < config.elastic_chance}
     return GarmentPlan(name, name, pieces, fabric, elastics)
@@ -134,20 +152,38 @@ def _parameters(config: Config, u: Mapping[str, float]) -> dict[str, float]:
     offset = config.widening_offset
     ranges = {
         name: offset if name.endswith("_offset") else getattr(config, name)
-        for names in PARAMETERS.values()
+        for names in (*PARAMETERS.values(), *CUTS.values())
         for name in (*names, "seam_height")
     }
     return {name: _between(limits, u[name]) for name, limits in ranges.items()}
 
 
-def _piece(template: str, values: Mapping[str, float]) -> Piece:
-    return Piece(template, {name: values[name] for name in PARAMETERS[template]})
+def _cuts(template: str, config: Config, u: Mapping[str, float]) -> tuple[str, ...]:
+    """The cuts of an upper garment, but for an open front; none of a lower one."""
+    if template not in UPPER:
+        return ()
+    if template == "top" and u["strapless"] < config.strapless_chance:
+        return ("strapless",)
+    neck = f"{_pick(config.necklines, u['neckline'])}_neck"
+    return (neck, "armholes") if template == "tshirt" and u["vest"] < config.vest_chance else (neck,)
 
 
-def _sewn_piece(template: str, values: Mapping[str, float]) -> Piece:
+def _piece(template: str, cuts: tuple[str, ...], values: Mapping[str, float], without: Sequence[str] = ()) -> Piece:
+    names = [*PARAMETERS[template], *(name for cut in cuts for name in CUTS[cut])]
+    sleeveless = "armholes" in cuts
+    kept = [name for name in names if name not in without and not (sleeveless and name.startswith("sleeve"))]
+    return Piece(template, {name: values[name] for name in kept}, cuts)
+
+
+def _sewn_piece(template: str, cuts: tuple[str, ...], values: Mapping[str, float]) -> Piece:
     """A piece that ends at the waist seam instead of at its own hem or waist."""
-    names = [name for name in PARAMETERS[template] if name not in ("torso_length", "waist_height")]
-    return Piece(template, {name: values[name] for name in (*names, "seam_height")})
+    piece = _piece(template, cuts, values, without=("torso_length", "waist_height"))
+    return replace(piece, parameters={**piece.parameters, "seam_height": values["seam_height"]})
+
+
+def _ends(pieces: Sequence[Piece]) -> list[str]:
+    """Ends of the pieces that may carry an elastic."""
+    return [ELASTIC_ENDS[p.template] for p in pieces if p.template in ELASTIC_ENDS and "armholes" not in p.cuts]
 
 
 def _between(limits: tuple[float, float], u: float) -> float:

@@ -123,7 +123,9 @@ def _collapse(patch: _Patch, edge: float) -> _Patch:
     """Collapses short edges that touch the line, shortest first, where that keeps the mesh a manifold."""
     faces, points, line, border = patch.faces, patch.vertices, patch.line, patch.border()
     border_edges = {(min(a, b), max(a, b)) for a, b in border_halfedges(faces).tolist()}
-    line_edges = {(min(a, b), max(a, b)) for a, b in _line_edges(faces, line).tolist()}
+    along = _line_edges(faces, line)
+    line_edges = {(min(a, b), max(a, b)) for a, b in along.tolist()}
+    corner = np.bincount(along.reshape(-1), minlength=len(points)) == 1
     edges = edge_list(faces)
     edges = edges[line[edges].any(axis=1)]
     length = np.linalg.norm(points[edges[:, 0]] - points[edges[:, 1]], axis=1)
@@ -147,20 +149,21 @@ def _collapse(patch: _Patch, edge: float) -> _Patch:
             continue
         if ring & touched or len(around[a] & around[b]) != (1 if on_border else 2):
             continue
-        keep, drop = (a, b) if line[a] or not line[b] else (b, a)
-        if (border[drop] and not on_border) or patch.rim[drop]:
+        keep, drop = (b, a) if (line[b] and not line[a]) or corner[b] else (a, b)
+        if (border[drop] and not on_border) or patch.rim[drop] or corner[drop]:
             continue
-        place = (points[a] + points[b]) / 2 if on_line else points[keep]
+        halved = on_line and not corner[keep]
+        place = (points[a] + points[b]) / 2 if halved else points[keep]
         if not _keeps_orientation(points, local, a, b, place):
             continue
-        if on_line:
+        if halved:
             partner[keep] = drop
         into[drop] = keep
         touched |= ring
     merged = into[faces]
     alive = (merged[:, 0] != merged[:, 1]) & (merged[:, 1] != merged[:, 2]) & (merged[:, 2] != merged[:, 0])
     new_faces, kept = compact(merged[alive], len(points))
-    # A vertex on the line moves to the middle of the edge that collapsed into it.
+    # A vertex on the line moves to the middle of the edge that collapsed into it; the line's ends stay.
     return _Patch(
         (points[kept] + points[partner[kept]]) / 2,
         new_faces,

@@ -33,14 +33,14 @@ def shape(template: Template, parameters: Mapping[str, float]) -> Array:
     """The template's vertices with the widths asked for.
 
     Args:
-        template: The garment; a top has no part with a width of its own.
+        template: The garment; tops and vests have no part with a width of its own.
         parameters: The piece's parameters, see `stages.outfit.plan.PARAMETERS`.
 
     Returns:
         Vertices [m], shape [N, 3].
     """
     points = template.vertices
-    if template.garment == "tshirt":
+    if template.garment == "tshirt" and "sleeve_narrowing" in parameters:
         x = np.clip(template.axes.along_arm(points), 0.0, 1.0)
         share = width(x, parameters["sleeve_narrowing"], parameters["sleeve_widening"], parameters["sleeve_offset"])
         centre = template.axes.arm_centre(points)

@@ -12,8 +12,8 @@ import pytest
 from scipy import stats
 
 from stages.outfit.config import Config
-from stages.outfit.kinds import KINDS
-from stages.outfit.plan import PARAMETERS, GarmentPlan, OutfitPlan, draw_plan
+from stages.outfit.kinds import KINDS, NECKLINES, UPPER
+from stages.outfit.plan import CUTS, PARAMETERS, GarmentPlan, OutfitPlan, draw_plan
 from stages.spec import seed_of
 
 COUNT = 2000
@@ -74,10 +74,10 @@ def evenly(counts: Counter[str], shares: dict[str, float]) -> float:
 
 def test_every_number_is_uniform_in_its_range() -> None:
     found = {name: uniform(values, *limits(name)) for name, values in drawn().items()}
-    shapes = {name for names in PARAMETERS.values() for name in names} | {"seam_height"}
+    shapes = {name for names in (*PARAMETERS.values(), *CUTS.values()) for name in names} | {"seam_height"}
     ends = {"sleeve_ratio", "leg_ratio", "waist_ratio"}
     assert set(found) == shapes | ends | {"tightness_0", "tightness_1"}, "none is forgotten"
-    assert min(len(values) for values in drawn().values()) > 150
+    assert min(len(values) for values in drawn().values()) > 100
     assert {name: p for name, p in found.items() if p < LEAST} == {}
 
 
@@ -94,17 +94,20 @@ def test_the_tests_can_fail() -> None:
 
 def test_numbers_do_not_depend_on_each_other() -> None:
     """Rank correlation of every two numbers of the same garment."""
-    rows: dict[str, list[dict[str, float]]] = defaultdict(list)
+    rows: dict[tuple[str, ...], list[dict[str, float]]] = defaultdict(list)
     for plan in plans():
         tightness = {"tightness_1": plan.tightness[0], "tightness_2": plan.tightness[1]}
         for garment in plan.garments:
             for piece in garment.pieces:
-                rows[f"{garment.name}/{piece.template}"].append({**piece.parameters, **tightness})
-    for where, table in rows.items():
+                where = (garment.name, piece.template, *sorted(piece.parameters))
+                rows[where].append({**piece.parameters, **tightness})
+    common = {where: table for where, table in rows.items() if len(table) > 50}
+    assert len(common) > 12
+    for where, table in common.items():
         names = sorted(table[0])
         correlation, p = stats.spearmanr([[row[name] for name in names] for row in table])
         np.fill_diagonal(p, 1.0)
-        # Some 25 pairs a table, ten tables.
+        # Some 25 pairs a table, fifteen tables.
         assert p.min() > LEAST / 25, (where, names, correlation)
 
 
@@ -127,12 +130,29 @@ def test_random_kinds_and_upper_halves_are_balanced() -> None:
     assert evenly(uppers, {"tshirt": 0.5, "top": 0.5}) > LEAST
 
 
+def test_cuts_come_as_often_as_the_recipe_says() -> None:
+    uppers = [garment.pieces[0] for garment in garments() if garment.pieces[0].template in UPPER]
+    necks = Counter(cut for piece in uppers for cut in piece.cuts if cut.endswith("_neck"))
+    assert evenly(necks, {f"{name}_neck": 1 / 3 for name in NECKLINES}) > LEAST
+    for template, cut, chance in (
+        ("tshirt", "armholes", CONFIG.vest_chance),
+        ("top", "strapless", CONFIG.strapless_chance),
+    ):
+        there = [cut in piece.cuts for piece in uppers if piece.template == template]
+        assert stats.binomtest(sum(there), len(there), chance).pvalue > LEAST
+    alone = ["front_opening" in g.pieces[0].cuts for g in garments() if g.name == "tshirt"]
+    assert stats.binomtest(sum(alone), len(alone), CONFIG.open_front_chance).pvalue > LEAST
+    assert not any("front_opening" in p.cuts for p in uppers if "seam_height" in p.parameters)
+    assert all(("strapless" in p.cuts) != any(c.endswith("_neck") for c in p.cuts) for p in uppers)
+
+
 def test_half_of_the_ends_have_an_elastic() -> None:
     """CLOTH3D, Elastics: 50 % each at sleeves, legs, and the waist of full-body garments."""
     ends: dict[str, list[bool]] = defaultdict(list)
     for garment in garments():
         templates = [piece.template for piece in garment.pieces]
-        for end, has in (("sleeve", "tshirt" in templates), ("leg", "trousers" in templates)):
+        sleeved = templates[0] == "tshirt" and "armholes" not in garment.pieces[0].cuts
+        for end, has in (("sleeve", sleeved), ("leg", "trousers" in templates)):
             if has:
                 ends[end].append(end in garment.elastics)
         if len(templates) == 2:
@@ -153,7 +173,8 @@ def test_no_two_outfits_are_alike() -> None:
                 garment.fabric,
                 tuple(sorted((end, step(f"{end}_ratio", r)) for end, r in garment.elastics.items())),
                 tuple(
-                    (p.template, *((n, step(n, v)) for n, v in sorted(p.parameters.items()))) for p in garment.pieces
+                    (p.template, *p.cuts, *((n, step(n, v)) for n, v in sorted(p.parameters.items())))
+                    for p in garment.pieces
                 ),
             )
             for garment in plan.garments

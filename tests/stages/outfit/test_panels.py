@@ -1,6 +1,7 @@
 """Panels and what they look like laid flat: true to size, nothing turned over or overlapping, seams with names."""
 
 import itertools
+from dataclasses import replace
 from functools import lru_cache
 
 import numpy as np
@@ -87,6 +88,19 @@ def test_panels_and_seams_have_the_names_that_a_tailor_expects(gender: str, kind
                 assert (sides == (1 if name.startswith("left") else -1)).mean() > 0.95
         if len(pieces) == 2:
             assert set(np.unique(panels.seams["waist"])) == set(garment.attrs["seams"]["waist"]["vertices"])
+
+
+def test_vests_have_no_sleeves_strapless_tops_no_shoulders_and_open_shirts_two_fronts() -> None:
+    config = replace(CONFIG, vest_chance=1.0, strapless_chance=1.0, open_front_chance=1.0)
+    seams = {"tshirt": UPPER, "top": {"left_side", "right_side"}}
+    for kind, parts in (("tshirt+skirt", 3), ("top+skirt", 2)):
+        plan = draw_plan(kind, config, np.random.default_rng(2))
+        upper = make_outfit(plan, load_free_body("female"), np.zeros(10), config, load_fabrics(), lambda label: None)[1]
+        assert upper.pattern is not None
+        assert upper.pattern.panels.names == ["front", "back"]
+        assert set(upper.pattern.panels.seams) == seams[upper.plan.name]
+        assert len(border_loops(upper.pattern.flat.faces)) == parts
+        assert stretches(upper.vertices, upper.faces, upper.pattern.flat)[:, 1].min() > 0.3
 
 
 def test_left_panels_are_as_large_as_right_ones() -> None:
