@@ -24,7 +24,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(prog="python -m tools.outfit.looks", description=__doc__)
     parser.add_argument("--count", type=int, default=100, help="outfits on the sheet")
     parser.add_argument("--only", nargs="*", default=[*STRIPS, "drawn"], help="strips to draw, and `drawn`")
-    parser.add_argument("--edge", type=float, default=0.014, choices=(0.010, 0.014), help="edge length [m]")
+    parser.add_argument("--edge", type=float, default=0.014, help="edge length [m]")
     parser.add_argument("--out", type=Path, default=Path("docs/outfit"))
     given = parser.parse_args()
     given.out.mkdir(parents=True, exist_ok=True)
