@@ -75,14 +75,14 @@ def test_workers_die_with_a_killed_runner(mill: Mill) -> None:
 
 @pytest.mark.parametrize("stop", [signal.SIGINT, signal.SIGTERM])
 def test_an_interrupt_ends_the_run_in_one_line(mill: Mill, stop: signal.Signals) -> None:
-    mill.edit("length = 5", "length = 5\nsleep_s = 30")
+    mill.edit("length = 5", "length = 5\nsleep_s = 120")
     process = _start(mill)
     runner = psutil.Process(process.pid)
     _wait_for(lambda: len(runner.children()) == 2)
     workers = runner.children()
     time.sleep(3.0)  # on a machine with other work, until both are at work
     os.killpg(process.pid, stop) if stop == signal.SIGINT else process.send_signal(stop)
-    _, errors = process.communicate(timeout=25)
+    _, errors = process.communicate(timeout=80)
     assert process.returncode == 130
     assert errors.decode() == "interrupted; what is published stays, run again to go on\n"
     assert not any(worker.is_running() for worker in workers)
