@@ -138,7 +138,14 @@ def _clips(motions: str, where: str) -> list[tuple[str, str]]:
         kinds = "name a folder of BVH, AMC or npz files, or a pattern"
         raise PipelineError(f"{where}: motions = {motions!r} has no motion files; {kinds}")
     names = Counter(title(clip) for clip in clips)
-    return [(_id(clip, title(clip), names[title(clip)] > 1), clip) for clip in clips]
+    ids = [_id(clip, title(clip), names[title(clip)] > 1) for clip in clips]
+    shared = Counter(ids)
+    return [(f"{name}_{_mark(clip)}" if shared[name] > 1 else name, clip) for name, clip in zip(ids, clips)]
+
+
+def _mark(clip: str) -> str:
+    """Tells motions apart whose ids would be the same, as those of names in scripts without a letter of ours."""
+    return hashlib.sha256("/".join(Path(clip).parts[-3:]).encode("utf-8", "surrogateescape")).hexdigest()[:8]
 
 
 def _id(clip: str, name: str, shared: bool) -> str:

@@ -8,6 +8,7 @@ from __future__ import annotations
 import hashlib
 import json
 import math
+import re
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -16,6 +17,11 @@ from stages.spec import DataError
 from store.atomic import replace_file
 
 FPS = 30  # frames per second of everything made
+
+# As the reader of the stage `body` has them: letters of either case, spaces or none, a brace before MOTION.
+MOTION = re.compile(r"(?:^|\})[ \t]*MOTION[ \t]*$", re.IGNORECASE | re.MULTILINE)
+FRAMES = re.compile(r"\s*Frames\s*:\s*([0-9]{1,9})\s*", re.IGNORECASE)
+FRAME_TIME = re.compile(r"\s*Frame\s+Time\s*:\s*([-+.0-9e]+)\s*", re.IGNORECASE)
 
 
 @dataclass(frozen=True)
@@ -110,7 +116,7 @@ def read_motion(path: Path, where: str, rate: float = 120.0) -> Motion:
     problem = ""
     frames = 0
     try:
-        frames = _frames(content.decode("ascii", errors="replace"))
+        frames = _frames(content.decode("utf-8-sig", errors="replace"))
     except ValueError as error:
         problem = str(error)
     if problem:
@@ -121,25 +127,23 @@ def read_motion(path: Path, where: str, rate: float = 120.0) -> Motion:
 def _frames(text: str) -> int:
     if not text.strip():
         raise ValueError("the file is empty")
-    head, found, body = text.partition("MOTION")
-    if not head.lstrip().startswith("HIERARCHY"):
+    text = text.replace("\r\n", "\n").replace("\r", "\n").rstrip("\x1a")
+    if not text.lstrip()[:9].upper() == "HIERARCHY":
         raise ValueError(f"not BVH: it must start with HIERARCHY, got {text.lstrip()[:20]!r}")
+    found = MOTION.search(text)
     if not found:
         raise ValueError("truncated: it has no MOTION part")
-    lines = [line for line in body.splitlines() if line.strip()]
-    try:
-        counted, timed = lines[0].split(), lines[1].split()
-        frames, frame_time = int(counted[-1]), float(timed[-1])
-        named = counted[0] == "Frames:" and timed[:2] == ["Frame", "Time:"]
-    except (IndexError, ValueError):
-        named = False
-    if not named:
-        raise ValueError("truncated: MOTION must go on with 'Frames:' and 'Frame Time:'")
-    if frames < 1 or not 0 < frame_time < 1:
-        raise ValueError(f"Frames must be >= 1 and Frame Time between 0 and 1 s, got {frames} and {frame_time}")
-    if len(lines) - 2 < frames:
-        raise ValueError(f"truncated: {frames} frames are announced, {len(lines) - 2} are there")
-    words = head.split()
+    lines = [line for line in text[found.end() :].split("\n") if line.strip()]
+    counted, timed = (pattern.fullmatch(line) for pattern, line in zip((FRAMES, FRAME_TIME), [*lines[:2], "", ""]))
+    if not counted or not timed:
+        raise ValueError("truncated: MOTION must go on with 'Frames:' and 'Frame Time:', a number after each")
+    frames, frame_time = int(counted[1]), float(timed[1])
+    if frames < 1 or not 1e-4 <= frame_time <= 1:
+        raise ValueError(f"Frames must be >= 1 and Frame Time from 0.0001 to 1 s, got {frames} and {frame_time}")
+    if len(lines) - 2 != frames:
+        what = "truncated" if len(lines) - 2 < frames else "damaged"
+        raise ValueError(f"{what}: {frames} frames are announced, {len(lines) - 2} are there")
+    words = text[: found.start()].upper().split()
     channels = sum(int(words[i + 1]) for i, word in enumerate(words[:-1]) if word == "CHANNELS")
     numbers = len(lines[frames + 1].split())
     if numbers < channels:

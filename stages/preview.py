@@ -75,6 +75,8 @@ def preview(given: argparse.Namespace) -> Iterator[str]:
     """
     if len(given.betas) > BETA_COUNT or not all(abs(beta) <= 5 for beta in given.betas):
         raise DataError(f"--betas must be at most {BETA_COUNT} numbers from -5 to 5, got {given.betas}")
+    if not 1.0 <= given.rate <= 10000.0:
+        raise DataError(f"--rate must be from 1 to 10000 frames/s, got {given.rate:g}")
     model = read_smpl(given.model, given.gender, BETA_COUNT) if given.model else load_free_body(given.gender)
     betas = np.zeros(BETA_COUNT)
     betas[: len(given.betas)] = given.betas

@@ -8,6 +8,6 @@ SPEC = StageSpec(
     needs=(),
     params=("gender", "body_model", "body_model_sha256", "motion", "motion_sha256", "action", "start", "frames"),
     config=Config,
-    code_version=5,
+    code_version=6,
     schema="body",
 )

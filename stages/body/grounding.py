@@ -31,6 +31,9 @@ SHORTEST_CONTACT = 3
 FLAT_PITCH = np.deg2rad(7.0)
 """A standing foot pitched less than this is meant to be flat [rad]."""
 
+STEADY_HEADING = np.deg2rad(6.0)
+"""A standing foot doesn't turn about the vertical until the recorded one is turned farther than this from it [rad]."""
+
 LARGEST_BIAS = np.deg2rad(15.0)
 """Greatest constant pitch of the recorded feet that is taken out [rad]."""
 
@@ -157,7 +160,7 @@ def _toe_bend(world: Array, side: int, planted: Mask) -> Array:
 
 
 def _settle(angles: Array, bent: Array, planted: Mask, bias: float) -> tuple[Array, Array]:
-    """Levels the foot while it stands: no roll, no small pitch; the toes stay flat when the heel rises.
+    """Levels and steadies the foot while it stands: no roll, no small pitch, no small turns; toes stay flat.
 
     Args:
         angles: Heading, pitch and roll [rad], shape [T, 3].
@@ -172,9 +175,37 @@ def _settle(angles: Array, bent: Array, planted: Mask, bias: float) -> tuple[Arr
     pitch = angles[:, 1] - bias
     level = np.sign(pitch) * np.clip(np.abs(pitch) - FLAT_PITCH, 0.0, None)
     out = angles.copy()
+    out[:, 0] += _steadied(angles[:, 0], planted)
     out[:, 1] = pitch + weight * (level - pitch)
     out[:, 2] *= 1 - weight
     return out, (1 - weight) * bent - weight * np.clip(out[:, 1], 0.0, TOE_LIMIT)
+
+
+def _steadied(heading: Array, planted: Mask) -> Array:
+    """What to add to a foot's heading so that it stands still through each contact [rad], shape [T].
+
+    Recorded feet turn a little all the time; about a held point the rest of the sole then slides. Who does turn on the
+    spot drags the foot along, `STEADY_HEADING` behind.
+    """
+    change = np.zeros_like(heading)
+    for start, stop in _runs(planted):
+        recorded = heading[start:stop]
+        held = (recorded.min() + recorded.max()) / 2
+        for t, now in enumerate(recorded, start=start):
+            held = np.clip(held, now - STEADY_HEADING, now + STEADY_HEADING)
+            change[t] = held - now
+    return _between(change, planted)
+
+
+def _between(change: Array, planted: Mask) -> Array:
+    """A correction [T, ...] of planted frames that goes over from each contact to the next; 0 without contacts."""
+    known = np.flatnonzero(planted)
+    if not len(known):
+        return np.zeros_like(change)
+    if len(known) == 1:
+        return np.broadcast_to(change[known], change.shape)
+    frames = np.clip(np.arange(len(planted)), known[0], known[-1])
+    return np.asarray(PchipInterpolator(known, change[known])(frames))
 
 
 def _hold(foot: _Foot, toes: Array, planted: Mask) -> Array:
@@ -187,8 +218,7 @@ def _hold(foot: _Foot, toes: Array, planted: Mask) -> Array:
     points = _bent(foot.sole, toes)
     turned = np.einsum("tij,tpj->tpi", rotation, points)
     lowest = turned[..., 1].min(axis=1)
-    wanted = foot.ankle.copy()
-    correction = np.full_like(foot.ankle, np.nan)
+    correction = np.zeros_like(foot.ankle)
     for start, stop in _runs(planted):
         path = np.zeros((stop - start, 3))
         for t in range(start + 1, stop):
@@ -198,12 +228,7 @@ def _hold(foot: _Foot, toes: Array, planted: Mask) -> Array:
         path += (foot.ankle[start:stop] - path).mean(axis=0)
         path[:, 1] = -lowest[start:stop]
         correction[start:stop] = path - foot.ankle[start:stop]
-    known = np.flatnonzero(planted)
-    if len(known) == 1 or (len(known) and len(known) == len(planted)):
-        wanted += np.where(np.isnan(correction), np.nanmean(correction, axis=0), correction)
-    elif len(known):
-        frames = np.clip(np.arange(len(planted)), known[0], known[-1])
-        wanted += PchipInterpolator(known, correction[known])(frames)
+    wanted = foot.ankle + _between(correction, planted)
     sunk = np.clip(-(wanted[:, 1] + lowest), 0.0, None)
     wanted[:, 1] += np.maximum(sunk, np.where(planted, 0.0, gaussian_filter1d(sunk, BLEND, mode="nearest")))
     return wanted

@@ -37,7 +37,7 @@ def mend_root_order(recording: Recording, name: str) -> tuple[Recording, bool]:
         The recording, and whether it was mended.
     """
     root = match(recording.names)[0]
-    short = len(recording.rotations) * recording.frame_time < SHORTEST
+    short = len(recording.rotations) < 2 or len(recording.rotations) * recording.frame_time < SHORTEST
     if recording.bodily or short or axes_of(recording, name)[1, 1] < 0.5:
         return recording, False
     best, least = recording, STILLER * _restlessness(recording)

@@ -119,7 +119,7 @@ def test_motion_files_are_read_again_only_if_they_change(clips: Path, tmp_path: 
         (HEAD.encode() + b"Frames: 2\nFrame Time: 0.03\n0 0 0\n0 0", "truncated: the last frame has 2 of 3 numbers"),
         (
             HEAD.encode() + b"Frames: 1\nFrame Time: 0\n0 0 0\n",
-            "Frames must be >= 1 and Frame Time between 0 and 1 s, got 1 and 0.0",
+            "Frames must be >= 1 and Frame Time from 0.0001 to 1 s, got 1 and 0.0",
         ),
     ],
 )

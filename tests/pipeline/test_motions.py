@@ -122,6 +122,28 @@ def test_labels_come_from_the_index(folder: Path, tmp_path: Path) -> None:
     assert told["walk_1_s0"] is None
 
 
+@pytest.mark.parametrize("encoding", ["utf-8", "utf-8-sig", "utf-16", "cp1252"])
+def test_labels_as_tables_are_saved(encoding: str, tmp_path: Path) -> None:
+    """By Windows' programs, between quotes, by files' names, with names of any kind."""
+    path = tmp_path / "labels.csv"
+    path.write_bytes(
+        '"walk_1.bvh";"caf\u00e9 walk"\r\nTake 7.bvh,run, jump\r\n07_02 sit\r\n07.12\tsing\r\n'.encode(encoding)
+    )
+    labels = read_labels(str(path), "r")
+    told = [labels.of(name) for name in ("d/walk_1.bvh", "d/Take 7.bvh", "d/07_02.amc", "d/07.12.bvh", "d/x.bvh")]
+    assert told == ["caf\u00e9 walk", "run, jump", "sit", "sing", ""]
+
+
+def test_names_in_other_scripts_are_each_their_own(tmp_path: Path) -> None:
+    for name in ("\u8d70\u308b", "\u6b69\u304f", "walk"):
+        write_clip(tmp_path / f"{name}.bvh", 40)
+    write_amc(tmp_path / "walk.amc", 40)
+    (tmp_path / "walk.asf").write_text(ASF)
+    found = items(Dataset(name="d", motions=str(tmp_path), sequences=4, shortest=1), tmp_path)
+    assert len({item.id for item in found}) == 4
+    assert len({item.params["motion"] for item in found}) == 4
+
+
 @pytest.mark.parametrize(
     ("content", "message"), [(None, "No such file"), ("", "has no label"), ("Subject #1 (climb)\n", "has no label")]
 )

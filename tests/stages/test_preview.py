@@ -79,6 +79,7 @@ def test_a_body_that_would_be_rejected_is_marked(tmp_path: Path, capsys: pytest.
         (["walk", "--start", "900"], "--start must be from 0 to 359, got 900"),
         (["walk", "--model", "gone.pkl"], "gone.pkl"),
         (["walk", "--betas", "nan"], "--betas must be at most 10 numbers"),
+        (["CLIP", "--rate", "0"], "--rate must be from 1 to 10000 frames/s, got 0"),
         (["CLIP", "--joint", "left_knee"], "--joint must be such as left_knee=Calf_L"),
         (["CLIP", "--joint", "left_knee=Calf"], "which the file doesn't have"),
         (["CLIP", "--out", "film.avi"], "--out must end in .mp4"),

@@ -237,7 +237,8 @@ def _offsets(arrays: _Arrays) -> Array:
         told: Mapping[str, str] = {g: g for g in GENDERS}
         word = arrays.get("gender")
         text = word.reshape(-1)[0] if word.size and word.dtype.kind in "US" else ""
-        gender = told.get(text.decode("ascii", "ignore") if isinstance(text, bytes) else str(text), gender)
+        text = text.decode("ascii", "ignore") if isinstance(text, bytes) else str(text)
+        gender = told.get(text.strip().lower(), gender)
     joints = load_free_body(gender).joint_template
     offsets = np.zeros((24, 3))
     offsets[1:] = joints[1:] - joints[PARENTS[1:]]

@@ -82,11 +82,11 @@ class _Parser:
 
     def skeleton(self) -> Skeleton:
         lines = self.lines
-        if lines.peek()[0] != ":version":
+        if lines.peek()[0].lower() != ":version":
             raise lines.fault(f"an ASF file starts with ':version', got {shown(lines.peek())}; name an ASF file", 1)
         sections = {":units": self._units, ":root": self._root, ":bonedata": self._bones, ":hierarchy": self._tree}
         while lines.more():
-            section = sections.pop(lines.next("a section")[0], None)
+            section = sections.pop(lines.next("a section")[0].lower(), None)
             if section is not None:
                 section()
             else:

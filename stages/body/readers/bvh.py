@@ -11,8 +11,11 @@ from stages.body.recording import Recording
 
 Array = NDArray[np.float64]
 
-MOTION_CHANNELS = tuple(f"{axis}{kind}" for kind in ("position", "rotation") for axis in "XYZ")
-"""The names of channels that BVH knows."""
+MOTION_CHANNELS = tuple(f"{axis}{kind}" for kind in ("position", "rotation", "scale") for axis in "XYZ")
+"""The names of channels that BVH knows, and scales, which some programs add."""
+
+STRETCH = 0.01
+"""Scales farther from 1 than this stretch bones [1]."""
 
 
 def read_bvh(path: Path) -> Recording:
@@ -28,12 +31,13 @@ def read_bvh(path: Path) -> Recording:
         DataError: The file is missing, empty, truncated, not BVH, or holds no or no finite motion.
     """
     lines = Lines(path, "BVH", braces=True)
-    if lines.rows[0][1] != ["HIERARCHY"]:
-        got = shown(lines.rows[0][1])
+    if not _says(lines.peek(), "HIERARCHY"):
+        got = shown(lines.peek())
         raise lines.fault(f"a BVH file starts with 'HIERARCHY', got {got}; name a .bvh file", lines.rows[0][0])
     lines.at = 1
     names, parents, offsets, tips, channels = _hierarchy(lines)
     values, frame_time = _motion(lines, sum(len(c) for c in channels))
+    _refuse_stretch(lines, values, names, channels)
     rotations, translations = _transforms(values, channels, np.array(offsets))
     return Recording(
         names=tuple(names),
@@ -58,7 +62,7 @@ def _hierarchy(
     stack: list[int] = []
     while True:
         words = lines.next("the rest of the hierarchy, then MOTION,")
-        head = words[0]
+        head = words[0].upper()
         if head in ("ROOT", "JOINT"):
             name = " ".join(words[1:])
             if (head == "ROOT") != (not names) or (head == "JOINT" and not stack):
@@ -77,11 +81,16 @@ def _hierarchy(
             _expect(lines, ["}"])
         elif words == ["}"] and stack:
             stack.pop()
-        elif words == ["MOTION"] and not stack and names:
+        elif _says(words, "MOTION") and not stack and names:
             return names, parents, offsets, tips, channels
         else:
             wanted = "JOINT, End Site or '}'" if stack else ("MOTION" if names else "ROOT")
             raise lines.fault(f"expected {wanted}, got {shown(words)}; export the motion again")
+
+
+def _says(words: list[str], wanted: str) -> bool:
+    """Whether a line is one keyword, in letters of either case."""
+    return [word.upper() for word in words] == [wanted]
 
 
 def _expect(lines: Lines, wanted: list[str]) -> None:
@@ -92,14 +101,14 @@ def _expect(lines: Lines, wanted: list[str]) -> None:
 
 def _offset(lines: Lines) -> list[float]:
     words = lines.next("OFFSET")
-    if words[0] != "OFFSET" or len(words) != 4:
+    if words[0].upper() != "OFFSET" or len(words) != 4:
         raise lines.fault(f"expected OFFSET and three numbers, got {shown(words)}; export the motion again")
     return lines.numbers(words[1:], "OFFSET")
 
 
 def _channels(lines: Lines) -> list[str]:
     words = lines.next("CHANNELS")
-    if words[0] != "CHANNELS" or len(words) < 2 or words[1] != str(len(words) - 2):
+    if words[0].upper() != "CHANNELS" or len(words) < 2 or words[1] != str(len(words) - 2):
         raise lines.fault(f"expected CHANNELS, their number and names, got {shown(words)}; export again")
     channels = [word.capitalize() for word in words[2:]]
     for word in channels:
@@ -146,9 +155,21 @@ def _after(lines: Lines, label: str) -> list[str]:
     """The words after "label:" in the next line, with or without a space between them."""
     words = lines.next(f"'{label}:'")
     found, colon, value = " ".join(words).partition(":")
-    if not colon or found.strip() != label:
+    if not colon or found.strip().lower() != label.lower():
         raise lines.fault(f"expected '{label}:', got {shown(words)}; export again")
     return value.split()
+
+
+def _refuse_stretch(lines: Lines, values: Array, names: list[str], channels: list[list[str]]) -> None:
+    """Refuses scales other than 1: people's bones keep their lengths."""
+    flat = [(name, channel) for name, own in zip(names, channels, strict=True) for channel in own]
+    for column, (name, channel) in enumerate(flat):
+        off = np.abs(values[:, column] - 1) > STRETCH
+        if channel.endswith("scale") and off.any():
+            got = f"{channel} of {name!r} must be 1, got {values[off.argmax(), column]:g}"
+            raise lines.fault(
+                f"{got}; export the motion without scales", lines.rows[-len(values) + int(off.argmax())][0]
+            )
 
 
 def _transforms(values: Array, channels: list[list[str]], offsets: Array) -> tuple[Array, Array]:

@@ -1,5 +1,6 @@
 """Text files of motion, line by line, with errors that name the file, the line, the value and the remedy."""
 
+import re
 from pathlib import Path
 
 from stages.spec import DataError
@@ -9,6 +10,9 @@ LARGEST = 1e6
 
 TEXT_BYTES = frozenset({*b"\t\n\v\f\r", *range(32, 256)})
 """Bytes that a text in any one-byte encoding may hold."""
+
+LINE_END = re.compile(r"\r\n|\r|\n")
+"""Windows', old Macs', Unix'. No others: in other encodings joints' names may have the bytes that Unicode has more."""
 
 
 def read_bytes(path: Path) -> bytes:
@@ -41,13 +45,13 @@ class Lines:
     def __init__(self, path: Path, kind: str, *, comment: str = "", braces: bool = False) -> None:
         self.name = path.name
         self.at = 0
-        self.rows: list[tuple[int, list[str]]] = []
-        for number, row in enumerate(_text(path, kind).splitlines(), start=1):
+        self.rows: list[tuple[int, str]] = []  # words take ten times as much memory, and files may be large
+        for number, row in enumerate(LINE_END.split(_text(path, kind)), start=1):
             line = row.replace("{", " \n{\n ").replace("}", " \n}\n ") if braces else row
             for part in line.split("\n"):
-                words = part.split()
-                if words and not (comment and words[0].startswith(comment)):
-                    self.rows.append((number, words))
+                said = part.strip()
+                if said and not (comment and said.startswith(comment)):
+                    self.rows.append((number, said))
         if not self.rows:
             raise DataError(f"{self.name}: the file is empty; export the motion again")
 
@@ -62,14 +66,14 @@ class Lines:
 
     def peek(self) -> list[str]:
         """The words of the next line, none at the end of the file."""
-        return self.rows[self.at][1] if self.more() else []
+        return self.rows[self.at][1].split() if self.more() else []
 
     def next(self, wanted: str) -> list[str]:
         """The words of the next line."""
         if not self.more():
             raise self.fault(f"the file ends where {wanted} should follow; export the motion again")
         self.at += 1
-        return self.rows[self.at - 1][1]
+        return self.rows[self.at - 1][1].split()
 
     def numbers(self, words: list[str], what: str) -> list[float]:
         """Finite numbers of a size that a motion can have."""
@@ -95,7 +99,7 @@ def is_count(word: str) -> bool:
 
 
 def _text(path: Path, kind: str) -> str:
-    content = read_bytes(path)
+    content = read_bytes(path).rstrip(b"\x1a")  # DOS's end of a text
     if content[:2] in (b"\xff\xfe", b"\xfe\xff"):
         raise DataError(f"{path.name}: is written in UTF-16; save it as UTF-8 text")
     try:

@@ -17,7 +17,7 @@ from tests.stages.body.test_root_order import as_recording
 Person = tuple[BodyModel, np.ndarray, Figure]
 
 DIRECTION = 5.0  # [degrees], in the mean
-SLIDE = 2.0  # [mm/frame], in the mean
+SLIDE = 0.8  # [mm/frame], in the mean
 
 
 def test_every_clip_clears_the_bars(captures: Path, woman: Person) -> None:

@@ -50,7 +50,7 @@ WAYS: dict[str, tuple[dict[str, Any], str, float]] = {
         30,
     ),
     "plain": ({"poses": POSE, "trans": TRANS.astype(np.float32), "fps": 24, "gender": "male"}, "", 24),
-    "22 joints": ({"pose": POSE[:, :22], "trans": TRANS, "gender": "male"}, "", 30),
+    "22 joints": ({"pose": POSE[:, :22], "trans": TRANS, "gender": "Male"}, "", 30),
 }
 
 

@@ -8,6 +8,7 @@ from scipy.spatial.transform import Rotation
 
 from model.body import PARENTS, BodyModel
 from stages.body.clips import perform
+from stages.body.fidelity import sole_points
 from stages.body.figure import Figure
 from stages.body.grounding import ground
 from stages.body.joint_map import BONES, match
@@ -17,7 +18,7 @@ from stages.body.repair import drop_fake_start, mend_flips
 from stages.body.resample import resample
 from stages.body.retarget import joint_positions, local_rotations, retarget
 from stages.body.sequence import prepared, put_on
-from stages.body.turns import WORLD_FROM_MODEL, axis_angle, unit
+from stages.body.turns import WORLD_FROM_MODEL, axis_angle, turn, unit
 from stages.spec import DataError
 from tests.stages.body.skeletons import person
 from tests.stages.body.test_clips import feet_of
@@ -102,6 +103,23 @@ def test_grounding_finds_the_floor_and_stops_slides(woman: Person) -> None:
     grounded = Motion(pose=axis_angle(turned), trans=path @ WORLD_FROM_MODEL.T, planted=planted)
     assert (planted == motion.planted[:120]).mean() > 0.8
     assert_feet_hold(model, betas, grounded, mean=5e-4, most=2e-3)
+
+
+def test_a_foot_that_trembles_stands_still_and_one_that_turns_turns(woman: Person) -> None:
+    """Feet that are turned by up to 5 degrees to and fro don't slide; by 60 degrees, they follow, 6 degrees behind."""
+    figure = woman[2]
+    for heading, slide in ((np.radians(5) * np.sin(np.arange(40) / 2), 2e-5), (np.radians(1.5) * np.arange(40), 6e-3)):
+        world = np.broadcast_to(np.eye(3), (40, 24, 3, 3)).copy()
+        for joint in (7, 8, 10, 11):
+            world[:, joint] = turn("y", heading)
+        out, root, planted = ground(figure, world, np.zeros((40, 3)))
+        turned = local_rotations(out)
+        turned[:, 0] = WORLD_FROM_MODEL @ turned[:, 0]
+        motion = Motion(pose=axis_angle(turned), trans=root @ WORLD_FROM_MODEL.T, planted=planted)
+        assert planted.all()
+        assert np.linalg.norm(np.diff(sole_points(figure, motion, 0), axis=0), axis=-1).max() < slide
+        found = np.arctan2(out[:, 7, 0, 2], out[:, 7, 2, 2])
+        assert np.abs(found - heading).max() < np.radians(11.0) and abs(found[-1] - heading[-1]) < np.radians(6.1)
 
 
 def test_real_captures_keep_their_directions(captures: Path, woman: Person) -> None:
