@@ -17,6 +17,7 @@ from stages.outfit.layering import solid
 from stages.outfit.own.load import OwnMesh
 from stages.outfit.plan import OutfitPlan
 from stages.outfit.resizing import tight_betas
+from stages.outfit.spacing import space
 from stages.outfit.template import rest_body
 from stages.spec import DataError
 
@@ -83,13 +84,18 @@ def make_outfit(
 def _fit(points: Array, blank: Blank, skin: Obstacle, below: list[Garment], config: Config) -> Array:
     """Keeps a garment clear of the tight body and of the garments below: all vertices, and no face passes through.
 
-    Where a face still meets the body or a lower garment between its vertices, these keep more distance.
+    Its edges keep to the lengths that they should have, but for one's own. Where a face still meets the body or a
+    lower garment between its vertices, these keep more distance.
     """
     name, faces = blank.plan.name, blank.surface.faces
     layers = [solid(garment.vertices, garment.faces, config.layer_gap) for garment in below]
     extra = np.zeros(len(points))
-    for _ in range(FIT_TRIES):
+    for number in range(FIT_TRIES):
         fitted, left = clear(points, faces, [skin, *layers], extra)
+        # The last try is for being clear alone.
+        if blank.own is None and number < FIT_TRIES - 1:
+            fitted, spaced = space(fitted, faces, config.edge_length, blank.seam, [skin, *layers], extra)
+            left = min(left, spaced)
         close = faces[(skin.distance(fitted)[0] < CLOSE)[faces].any(axis=1)]
         hit = [close[intersecting_faces(fitted, close, skin.vertices, skin.faces)[:, 0]]]
         hit += [faces[intersecting_faces(fitted, faces, g.vertices, g.faces)[:, 0]] for g in below]
