@@ -13,7 +13,7 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[2]))
 
 from stages.simulate.make_stepper import make_springs, make_stepper
 from stages.spec import DataError
-from tools.solver import curve, extremes, judging, kept, meshes, peers, tables
+from tools.solver import curve, extremes, extremes_plot, judging, kept, meshes, peers, tables
 from tools.solver.child import Ended, run
 from tools.solver.curve_plot import plot
 from tools.solver.energy import EnergyMeter
@@ -160,6 +160,10 @@ def test_the_matrix_is_run_and_its_table_read_back(tmp_path, capsys):
     assert [row["name"] for row in data["cases"]] == ["1 triangle"]
     assert data["cases"][0]["vertices"] == 3 and data["cases"][0]["wall_s"] > 0
     assert "| size | 1 triangle |" in (tmp_path / "extremes.md").read_text()
+    assert (tmp_path / "extremes.png").stat().st_size > 5000
+    failed = {"name": "a", "outcome": "FAILED"}, {"name": "b", "outcome": "refused"}
+    extremes_plot.plot(failed, tmp_path / "failed.png")
+    assert (tmp_path / "failed.png").stat().st_size > 5000
     with pytest.raises(SystemExit):
         extremes.main(["--only", "no such case"])
 

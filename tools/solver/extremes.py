@@ -12,6 +12,7 @@ from typing import Any
 from tools.solver import tables
 from tools.solver.child import run
 from tools.solver.extreme_cases import CASES, Case
+from tools.solver.extremes_plot import plot
 from tools.solver.judging import BOUNCE, DEPTH, ENERGY_SLACK, LASTING, TANGLED, WHIP, Verdict, judge
 
 START_UP = 60.0
@@ -55,6 +56,8 @@ refused before its first step with a reason. Anything else is FAILED:
 - a vertex faster than {WHIP:g} times the fastest body and a free fall through the scene together: hems crack like
   whips, but not more than that.
 
+![what every case takes of its bounds](extremes.png)
+
 {{outcomes}}. Commit {{commit}}, {{date}}.
 
 """
@@ -96,11 +99,12 @@ def _solve(case: Case, threads: int, place: str) -> dict[str, Any]:
 
 
 def publish(rows: Sequence[dict[str, Any]], about: dict[str, Any], folder: Path) -> None:
-    """Write extremes.json and extremes.md into `folder`."""
+    """Write extremes.json, extremes.md and extremes.png into `folder`."""
     counts = {what: sum(r["outcome"] == what for r in rows) for what in ("finite", "refused", "FAILED")}
     outcomes = ", ".join(f"{count} {what}" for what, count in counts.items())
     text = TEXT.format(count=len(rows), outcomes=outcomes, **{k: about[k] for k in ("commit", "date")})
     tables.write("extremes", {"made": about, "cases": list(rows)}, text + tables.table(COLUMNS, rows), folder)
+    plot(rows, folder / "extremes.png")
 
 
 if __name__ == "__main__":
