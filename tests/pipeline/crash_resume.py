@@ -24,6 +24,8 @@ def _start(mill: Mill, *, group: bool = True) -> "subprocess.Popen[bytes]":
         stderr=subprocess.PIPE,
         env={**os.environ, "PYTHONPATH": os.pathsep.join(roots)},
         start_new_session=group,
+        # Where the tests themselves are a shell's background job, an interrupt is ignored, and that is inherited.
+        preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL),
     )
 
 
