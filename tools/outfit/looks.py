@@ -7,6 +7,7 @@ them.
 from __future__ import annotations
 
 import argparse
+from collections.abc import Collection
 from pathlib import Path
 
 from PIL import Image
@@ -33,7 +34,8 @@ def main() -> None:
             save(given.out / f"{name}.jpg", strip(name, given.edge))
     if "drawn" in given.only:
         save(given.out / "drawn.jpg", drawn_sheet(given.count, given.edge))
-    (given.out / "README.md").write_text(page(given.count, given.edge))
+    there = [name for name in (*STRIPS, "drawn") if (given.out / f"{name}.jpg").is_file()]
+    (given.out / "README.md").write_text(page(there, given.count, given.edge))
 
 
 def save(path: Path, picture: Picture) -> None:
@@ -42,14 +44,9 @@ def save(path: Path, picture: Picture) -> None:
     print(f"{path}: {picture.shape[1]} x {picture.shape[0]}, {path.stat().st_size / 1e3:.0f} kB", flush=True)
 
 
-def page(count: int, edge: float) -> str:
-    """The page, in Markdown."""
-    lines = [
-        "# Outfits, seen",
-        "",
-        f"Drawn by `make outfits`: garments in the rest pose, edges of {1e3 * edge:g} mm, as the stage publishes them, "
-        "before any simulation.",
-        "",
+def page(pictures: Collection[str], count: int, edge: float) -> str:
+    """The page in Markdown, with those pictures that there are."""
+    drawn = [
         f"## {count} outfits",
         "",
         "Drawn with the default ranges as a recipe's static people are: kinds of outfit and genders in turn, shape and "
@@ -57,13 +54,24 @@ def page(count: int, edge: float) -> str:
         "",
         "![outfits](drawn.jpg)",
         "",
+    ]
+    lines = [
+        "# Outfits, seen",
+        "",
+        f"Drawn by `make outfits`: garments in the rest pose, edges of {1e3 * edge:g} mm, as the stage publishes them, "
+        "before any simulation.",
+        "",
+        *(drawn if "drawn" in pictures else ()),
         "## One parameter at a time",
         "",
         "Each row goes through the default range of one parameter from its lowest to its highest value; all others "
-        "stay in the middle. Rows that say back or side are seen from there. Tightness is shown without the body, "
-        "which would stick out of a garment that is too small for it at rest.",
+        "stay in the middle, but limbs are shown whole where their width is varied. Rows that say back or side are "
+        "seen from there. Tightness is shown without the body, which would stick out of a garment that is too small "
+        "for it at rest.",
     ]
     for name, rows in STRIPS.items():
+        if name not in pictures:
+            continue
         lines += ["", f"### {name}", "", f"{', '.join(row.label for row in rows)}.", "", f"![{name}]({name}.jpg)"]
     return "\n".join(lines) + "\n"
 

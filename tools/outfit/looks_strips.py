@@ -15,6 +15,9 @@ from stages.outfit.plan import CUTS, PARAMETERS, GarmentPlan, OutfitPlan, Piece
 from stages.report.sheet import Picture, contact_sheet
 from tools.outfit.looks_picture import BACK, FRONT, SIDE, labelled, outfit_picture
 
+NECK, NECK_SPAN = 0.44, 0.62
+"""Height in the middle of pictures around the neck, and what their height covers [m]."""
+
 STEPS = 5
 CELL = 120
 """Width of a picture [px]."""
@@ -30,6 +33,11 @@ class Row:
     """Cuts of the upper piece in this row; those of the strip if left out."""
     azimuth: float = FRONT
     """Direction to the camera [rad]."""
+
+    @property
+    def close(self) -> bool:
+        """Whether it is seen from near, around the neck."""
+        return self.parameter.startswith("neck")
 
     @property
     def label(self) -> str:
@@ -54,7 +62,7 @@ class Wear:
 
 
 WEARS = {
-    "tshirt": Wear("male", ("tshirt",), "cotton", 0.24, 1.05, 104),
+    "tshirt": Wear("male", ("tshirt",), "cotton", 0.20, 1.32, 104),
     "top": Wear("female", ("top",), "silk", 0.24, 1.05, 104),
     "trousers": Wear("male", ("trousers",), "denim", -0.36, 1.35, 150),
     "skirt": Wear("female", ("skirt",), "cotton", -0.36, 1.35, 150),
@@ -135,7 +143,8 @@ def _row(name: str, row: Row, edge: float) -> Picture:
         plan = plan_of(name, row, float(share), config)
         made = make_outfit(plan, load_free_body(wear.gender), betas, config, load_fabrics(), lambda label: None)
         picture = outfit_picture(
-            made, wear.gender, betas, who=name, middle=wear.middle, span=wear.span, size=(CELL, wear.height),
+            made, wear.gender, betas, who=name, size=(CELL, wear.height),
+            middle=NECK if row.close else wear.middle, span=NECK_SPAN if row.close else wear.span,
             azimuth=row.azimuth, tightness=None if row.parameter == "tightness" else plan.tightness,
         )  # fmt: skip
         pictures.append(picture)
@@ -159,13 +168,18 @@ def plan_of(name: str, row: Row, share: float, config: Config) -> OutfitPlan:
         if len(wear.templates) == 2:
             own = [p for p in own if p not in ("torso_length", "waist_height")] + ["seam_height"]
         names = [*own, *(parameter for cut in cuts for parameter in CUTS[cut])]
-        pieces.append(
-            Piece(template, {p: _value(p, share if p == row.parameter else 0.5, config) for p in names}, cuts)
-        )
+        shares = {p: share if p == row.parameter else _middle(p, row.parameter) for p in names}
+        pieces.append(Piece(template, {p: _value(p, s, config) for p, s in shares.items()}, cuts))
     low, high = config.tightness_range
     tightness = low + share * (high - low) if row.parameter == "tightness" else 0.0
     garment = GarmentPlan(name, name, tuple(pieces), wear.fabric, {})
     return OutfitPlan(name, (tightness, tightness), (garment,))
+
+
+def _middle(parameter: str, varied: str) -> float:
+    """Share at which a parameter stays: the middle, but what widens towards the end of a limb is shown whole."""
+    limb = varied.split("_")[0]
+    return 1.0 if limb in ("sleeve", "leg") and parameter == f"{limb}_length" else 0.5
 
 
 def _value(parameter: str, share: float, config: Config) -> float:
