@@ -12,6 +12,8 @@ from stages.outfit.config import Config
 from stages.outfit.kinds import KINDS
 from stages.outfit.making import make_outfit
 from stages.outfit.plan import draw_plan
+from stages.outfit.resizing import tight_betas
+from stages.outfit.template import rest_body
 from stages.report.sheet import Picture, contact_sheet
 from stages.spec import DataError, seed_of
 from tools.outfit.looks_picture import outfit_picture
@@ -20,8 +22,8 @@ SEED = 2020
 COLUMNS = 12
 """A row has each kind of outfit for both genders."""
 SIZE = 104, 132
-MIDDLE, SPAN = -0.08, 1.62
-"""Shins to the top of the head [m]."""
+ROOM = 1.05
+"""Height of a picture by that of the person in it."""
 
 
 def drawn_sheet(count: int, edge: float) -> Picture:
@@ -42,7 +44,9 @@ def drawn_sheet(count: int, edge: float) -> Picture:
         except DataError as error:
             print(f"{name}: {error}", flush=True)
             continue
+        height = rest_body(load_free_body(gender), tight_betas(betas, plan.tightness))[:, 2]
+        middle, span = float(height.min() + height.max()) / 2, ROOM * float(np.ptp(height))
         pictures.append(
-            outfit_picture(made, gender, betas, who=name, middle=MIDDLE, span=SPAN, size=SIZE, tightness=plan.tightness)
+            outfit_picture(made, gender, betas, who=name, middle=middle, span=span, size=SIZE, tightness=plan.tightness)
         )
     return contact_sheet(pictures, COLUMNS, gap=2)
