@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Iterable
 from pathlib import Path
 
+from pipeline.checked import CheckedFiles
 from pipeline.dataset import GENDERS, BodyModels
 from pipeline.errors import PipelineError
 from pipeline.items import Item
-from store.atomic import replace_file
 
 
 def add_body_models(items: Iterable[Item], models: BodyModels, where: str, cache: Path) -> None:
@@ -27,36 +26,20 @@ def add_body_models(items: Iterable[Item], models: BodyModels, where: str, cache
     named = {gender: Path(getattr(models, gender)).absolute() for gender in GENDERS if getattr(models, gender)}
     if not named:
         return
-    known = _known(cache)
-    hashes = {gender: _sha256(path, gender, f"{where} body_models.{gender}", known) for gender, path in named.items()}
-    replace_file(cache, json.dumps(known).encode())
+    files = CheckedFiles(cache)
+    hashes = {gender: _sha256(path, gender, f"{where} body_models.{gender}", files) for gender, path in named.items()}
+    files.save()
     for item in items:
         gender = item.params["gender"]
         if gender in named:
             item.params.update(body_model=str(named[gender]), body_model_sha256=hashes[gender])
 
 
-def _known(cache: Path) -> dict[str, list[int | str]]:
-    try:
-        known: dict[str, list[int | str]] = json.loads(cache.read_text())
-    except (OSError, ValueError):
-        return {}  # no cache, or none that can be read: it is written anew
-    return known
-
-
-def _sha256(path: Path, gender: str, where: str, known: dict[str, list[int | str]]) -> str:
+def _sha256(path: Path, gender: str, where: str, files: CheckedFiles) -> str:
     from model.body import BodyFileError  # only here: most recipes have the free body, and planning them is quick
     from stages.body_model import read_body_file
 
     try:
-        about = path.stat()
-        stamp = [about.st_size, about.st_mtime_ns]
-    except OSError:
-        stamp = []  # reading it says why
-    entry = known.get(str(path))
-    if entry is None or entry[:2] != stamp:
-        try:
-            known[str(path)] = entry = [*stamp, read_body_file(path, gender)]
-        except BodyFileError as error:
-            raise PipelineError(f"{where}: {error}") from None
-    return str(entry[2])
+        return files.sha256(path, gender, lambda: read_body_file(path, gender))
+    except BodyFileError as error:
+        raise PipelineError(f"{where}: {error}") from None

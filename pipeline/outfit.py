@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import dataclasses
 import hashlib
-import json
 from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Any
 
+from pipeline.checked import CheckedFiles
 from pipeline.dataset import Dataset
 from pipeline.errors import PipelineError
 from pipeline.items import Item
@@ -17,7 +17,6 @@ from stages.outfit.kinds import worn
 from stages.outfit.own.settings import OwnGarment
 from stages.settings import suggestion
 from stages.spec import DataError
-from store.atomic import replace_file
 
 
 def add_outfits(items: Iterable[Item], dataset: Dataset, section: Any, where: str, cache: Path) -> None:
@@ -37,10 +36,10 @@ def add_outfits(items: Iterable[Item], dataset: Dataset, section: Any, where: st
     _check_names(dataset, section, fabrics.pop("names"), where)
     own = {garment.name: garment for garment in dataset.garment}
     paths = {name: Path(garment.file).expanduser().absolute() for name, garment in own.items()}
-    known = _known(cache) if own else {}
-    hashes = {n: _sha256(paths[n], g, f"{where} garment {n!r}", known) for n, g in own.items()}
+    files = CheckedFiles(cache)
+    hashes = {n: _sha256(paths[n], g, f"{where} garment {n!r}", files) for n, g in own.items()}
     if own:
-        replace_file(cache, json.dumps(known).encode())
+        files.save()
     settings = {name: _settings(garment) for name, garment in own.items()}
     for item in items:
         item.params.update(fabrics)
@@ -92,28 +91,17 @@ def _check_names(dataset: Dataset, section: Any, known: set[str], where: str) ->
                 raise PipelineError(f"{setting} has {name!r}, which is no fabric; {suggestion(name, known)} {add}")
 
 
-def _known(cache: Path) -> dict[str, list[int | str]]:
-    try:
-        known: dict[str, list[int | str]] = json.loads(cache.read_text())
-    except (OSError, ValueError):
-        return {}  # no cache, or none that can be read: it is written anew
-    return known
-
-
-def _sha256(path: Path, garment: OwnGarment, where: str, known: dict[str, list[int | str]]) -> str:
+def _sha256(path: Path, garment: OwnGarment, where: str, files: CheckedFiles) -> str:
     from stages.outfit.own.load import load_own  # only here: reading meshes takes libraries that planning does without
 
-    said = f"{path} {canonical(_settings(garment))}"
+    def check() -> str:
+        content = path.read_bytes()
+        load_own(content, garment, str(path))
+        return hashlib.sha256(content).hexdigest()
+
     try:
-        about = path.stat()
-        stamp = [about.st_size, about.st_mtime_ns]
-        entry = known.get(said)
-        if entry is None or entry[:2] != stamp:
-            content = path.read_bytes()
-            load_own(content, garment, str(path))
-            known[said] = entry = [*stamp, hashlib.sha256(content).hexdigest()]
+        return files.sha256(path, canonical(_settings(garment)), check)
     except OSError as error:
         raise PipelineError(f"{where}: {path}: {error.strerror}; name an existing OBJ file") from None
     except DataError as error:
         raise PipelineError(f"{where}: {error}") from None
-    return str(entry[2])
