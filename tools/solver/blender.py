@@ -41,4 +41,7 @@ class Blender:
             command += ["--frames", str(frames)]
         if not collider:
             command.append("--no-collider")
-        return run(command, LIMIT, self.folder)
+        ended = run(command, LIMIT, self.folder)
+        # Where the scene lies on this machine is nobody's business.
+        ended.line.pop("scene", None)
+        return ended
