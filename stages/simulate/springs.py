@@ -227,3 +227,9 @@ class Springs:
             self.bend_neighbour = np.zeros(1, np.int32)
         owner = np.repeat(np.arange(n), np.diff(self.bend_start))
         self.bend_sum = np.bincount(owner, self.bend[: len(owner)], minlength=n)
+        self._bending = [(held, held.copy()) for held in (self.edge_bend, self.bend, self.bend_sum)]
+
+    def stiffen(self, factor: float) -> None:
+        """Bend `factor` times as stiffly as the fabrics do."""
+        for held, own in self._bending:
+            np.multiply(own, factor, out=held)
