@@ -11,6 +11,6 @@ SPEC = StageSpec(
     needs=("body", "outfit"),
     kinds=("sequence",),
     config=SimulateConfig,
-    code_version=2,
+    code_version=3,
     schema="simulate",
 )

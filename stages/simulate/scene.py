@@ -50,7 +50,8 @@ class Scene:
         start: First positions [m], shape [N, 3], all garments in turn.
         body_faces: Shape [F, 3]; body: body vertices of frame k; body_frames: How many there are.
         frames: Frames to simulate after frame 0; record: First frame whose positions are returned.
-        ease_in: Frames in which elastics tighten from their length in the garment to their own, in thick air.
+        ease_in: Frames in which elastics tighten from their length in the garment to their own, in thick air; if there
+            are any, cloth bends more stiffly than its fabric until shortly before the first recorded frame.
         fps: Frames a second.
         pins: Vertices that follow pin_goal(time [s]) -> [K, 3].
         wind: Velocity of the air [m/s].
