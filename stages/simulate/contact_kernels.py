@@ -6,6 +6,13 @@ from stages.simulate.closest import closest_on_triangle, pseudo_normal
 from stages.simulate.kernels import BLOCKS, Array, Int, Real, Value, inline, kernel, put, vec
 from stages.simulate.patch_kernels import out_of_box
 
+SKIN_YIELD = 3000.0
+"""Most friction that skin bears over its area [Pa]: what pulls harder slides.
+
+Clothes press with up to 3 kPa, tight ones with 6, and friction holds half of that; a hem that is narrower than a stride
+pulls a hundred times as hard, and rides up.
+"""
+
 
 @kernel
 def find_candidates(
@@ -201,7 +208,8 @@ def press(
     Normal: pressure `stiffness` [N/m^3] times how much of `margin` is missing, plus damping of approach [s].
     Friction: an elastic grip that yields at Coulomb's limit (Mindlin): the tangential slip s since the grip closed,
     s = P (s_start + (x - x_start) - (b - b_start)), f = -k_t s while k_t |s| <= mu N, else -mu N s / |s|. So cloth at
-    rest holds still instead of creeping, and sliding cloth feels mu N exactly. `shear_new` is s, cut to the limit.
+    rest holds still instead of creeping, and sliding cloth feels mu N exactly. `shear_new` is s, cut to the limit. No
+    more than `SKIN_YIELD` times the area is borne, however hard the cloth presses.
     N is `reaction`, what the last linear solve balanced, see `foresee`: skin is so stiff that the depth of an iterate
     tells hardly anything about the force that the cloth ends up with.
     """
@@ -229,7 +237,7 @@ def press(
             s = vec(shear, i) + move
             s -= n * n.dot(s)
             kt = k * grip
-            limit = friction[i] * reaction[i]
+            limit = ti.min(friction[i] * reaction[i], SKIN_YIELD * area[i])
             size = s.norm()
             hold = kt
             if kt * size >= limit:
@@ -277,7 +285,7 @@ def foresee(
             k = stiffness * area[i]
             reaction[i] = k * ti.max(gap - n.dot(d), 0.0)
             s = vec(shear_new, i) + d - n * n.dot(d)
-            longest = friction[i] * reaction[i] / (k * grip)
+            longest = ti.min(friction[i] * reaction[i], SKIN_YIELD * area[i]) / (k * grip)
             put(shear_new, i, s * ti.min(1.0, longest / ti.max(s.norm(), 1e-12)))
 
 
