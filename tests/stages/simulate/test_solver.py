@@ -15,7 +15,7 @@ from stages.simulate.config import SimulateConfig
 from stages.simulate.fabric import Fabric
 from stages.simulate.quality import measure
 from stages.simulate.scene_file import read_scene
-from stages.simulate.solve import solve
+from stages.simulate.solve import STARCH, SUPPLE, ease_in, solve
 from stages.simulate.springs import Springs, unique_edges
 from stages.spec import DataError
 
@@ -25,7 +25,7 @@ sys.path.insert(0, {here!r})
 from dataclasses import replace
 from small_scenes import PLAIN, ball, garment, scene, sheet
 from stages.simulate.config import SimulateConfig
-from stages.simulate.solve import solve
+from stages.simulate.solve import STARCH, SUPPLE, ease_in, solve
 v, f = sheet(30, 30, 0.01)
 one = scene(garment(v, f, PLAIN), start=v + [-0.14, -0.14, 0.105], body=ball(0.1, 3), frames=3)
 print(hashlib.sha256(solve(one, SimulateConfig(threads={threads})).x.tobytes()).hexdigest())
@@ -85,6 +85,25 @@ def test_broken_meshes_are_refused() -> None:
     ):
         with pytest.raises(DataError, match=message):
             stepper(scene(bad))
+
+
+def test_cloth_starts_starched_and_is_supple_before_the_first_frame() -> None:
+    vertices, faces = sheet(6, 6, 0.02)
+    one = replace(scene(garment(vertices, faces, PLAIN), frames=30), record=20, ease_in=4)
+    s = stepper(one)
+    held = (s.springs.bend, s.springs.bend_sum, s.springs.edge_bend)
+    own = [values.copy() for values in held]
+    before = np.inf
+    for frame, factor in ((0, STARCH), (7, STARCH**0.5), (20 - SUPPLE, 1.0), (20, 1.0)):
+        ease_in(s, one, s.drag.copy(), frame)
+        for values, unstarched in zip(held, own):
+            assert values == pytest.approx(factor * unstarched, rel=1e-12)
+        assert np.abs(s.bend - s.springs.bend).max() < 1e-6 * np.abs(s.springs.bend).max(), "what is solved with"
+        assert (now := np.abs(s.bend).sum()) < before or factor == 1.0
+        before = now
+    # A scene that is recorded from its first frame on never is.
+    ease_in(s, replace(one, record=0, ease_in=0), s.drag.copy(), 0)
+    assert all((values == unstarched).all() for values, unstarched in zip(held, own))
 
 
 def test_candidates_miss_no_triangle() -> None:
