@@ -93,14 +93,11 @@ def test_cloth_starts_starched_and_is_supple_before_the_first_frame() -> None:
     s = stepper(one)
     held = (s.springs.bend, s.springs.bend_sum, s.springs.edge_bend)
     own = [values.copy() for values in held]
-    before = np.inf
     for frame, factor in ((0, STARCH), (7, STARCH**0.5), (20 - SUPPLE, 1.0), (20, 1.0)):
         ease_in(s, one, s.drag.copy(), frame)
         for values, unstarched in zip(held, own):
             assert values == pytest.approx(factor * unstarched, rel=1e-12)
         assert np.abs(s.bend - s.springs.bend).max() < 1e-6 * np.abs(s.springs.bend).max(), "what is solved with"
-        assert (now := np.abs(s.bend).sum()) < before or factor == 1.0
-        before = now
     # A scene that is recorded from its first frame on never is.
     ease_in(s, replace(one, record=0, ease_in=0), s.drag.copy(), 0)
     assert all((values == unstarched).all() for values, unstarched in zip(held, own))
