@@ -1,5 +1,7 @@
 """Finds the triangles of two meshes, or of one mesh with itself, that pass through each other."""
 
+from itertools import chain
+
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.spatial import cKDTree
@@ -52,7 +54,7 @@ def _near_pairs(a: Points, b: Points) -> NDArray[np.int64]:
     found = cKDTree(centre_b).query_ball_point(centre_a, radius_a + radius_b)
     counts = np.array([len(f) for f in found], dtype=np.int64)
     first = np.repeat(np.arange(len(a)), counts)
-    second = np.concatenate([np.array(f, dtype=np.int64) for f in found]) if len(found) else np.zeros(0, np.int64)
+    second = np.fromiter(chain.from_iterable(found), np.int64, int(counts.sum()))
     overlap = ((low_a[first] <= high_b[second]) & (low_b[second] <= high_a[first])).all(axis=1)
     return np.stack([first[overlap], second[overlap]], axis=1)
 

@@ -1,16 +1,14 @@
 """Keeps a garment outside the body and other garments: every vertex a margin away, by exact signed distance."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
-from functools import cached_property
 
-import igl
 import numpy as np
 import scipy.sparse as sp
 from numpy.typing import NDArray
 
 from model.mesh.geometry import vertex_normals
 from model.mesh.topology import adjacency, edge_list
+from stages.outfit.obstacle import Gauge
 
 Array = NDArray[np.float64]
 Faces = NDArray[np.int64]
@@ -30,10 +28,6 @@ EVENINGS = {2: 0.05, 4: 0.035, 6: 0.02}
 OVERSHOOT = 2e-4
 """How much further than needed a vertex is pushed [m]: saves rounds where the surface curves."""
 
-REACH = 0.02
-"""Vertices further away than this from an obstacle at first are not measured again [m]."""
-
-
 STRIDE = 0.015
 """Longest push of one round [m]."""
 
@@ -44,50 +38,13 @@ ASTRAY = 0.3
 """Nor is it where its direction and the garment's outside have a smaller cosine than this."""
 
 
-@dataclass(frozen=True, eq=False)
-class Obstacle:
-    """A closed surface that a garment stays outside of."""
-
-    vertices: Array
-    """Vertices [m], shape [V, 3]."""
-    faces: Faces
-    """Triangles, counter-clockwise seen from outside, shape [F, 3]."""
-    margin: float
-    """Least distance of a garment's vertices [m]."""
-
-    @cached_property
-    def _search(self) -> tuple[Array, Faces, igl.AABB, igl.FastWindingNumberBVH]:
-        """The surface, and what finds nearest points and winding numbers on it."""
-        vertices = np.ascontiguousarray(self.vertices, dtype=np.float64)
-        faces = np.ascontiguousarray(self.faces, dtype=np.int64)
-        boxes, winding = igl.AABB(), igl.FastWindingNumberBVH()
-        boxes.init(vertices, faces)
-        winding.init(vertices, faces, 2)
-        return vertices, faces, boxes, winding
-
-    def distance(self, points: Array) -> tuple[Array, Array]:
-        """Distance of points [m], negative inside, shape [n]; direction of its fastest increase, 0 on the surface.
-
-        The distance is exact. Its sign comes from the winding number: the nearest triangle's side, which others use,
-        lies where extreme bodies fold into themselves.
-        """
-        vertices, faces, boxes, winding = self._search
-        points = np.ascontiguousarray(points, dtype=np.float64)
-        squared, _, closest = boxes.squared_distance(vertices, faces, points)
-        sign = np.where(winding.winding_number(points, 2.0) > 0.5, -1.0, 1.0)
-        away = (points - closest) * sign[:, None]
-        return np.sqrt(squared) * sign, away / np.maximum(np.linalg.norm(away, axis=1, keepdims=True), 1e-9)
-
-
-def clear(
-    points: Array, faces: Faces, obstacles: Sequence[Obstacle], extra: Array | None = None
-) -> tuple[Array, float]:
+def clear(points: Array, faces: Faces, gauges: Sequence[Gauge], extra: Array | None = None) -> tuple[Array, float]:
     """Pushes a garment's vertices out of the obstacles, and their neighbours with them, so that it stays smooth.
 
     Args:
         points: Vertices of the garment [m], shape [N, 3].
         faces: Its triangles, shape [F, 3].
-        obstacles: What to stay out of.
+        gauges: The vertices' distances from what to stay out of; kept up with where they go.
         extra: Further distance that each vertex keeps from every obstacle [m], shape [N].
 
     Returns:
@@ -98,11 +55,10 @@ def clear(
     edges = edge_list(faces)
     links = adjacency(edges, len(points))
     averaging = sp.diags(1.0 / np.maximum(np.asarray(links.sum(axis=1)).reshape(-1), 1.0)) @ links
-    measured = [obstacle.distance(points) for obstacle in obstacles]
-    near = [np.flatnonzero(m[0] < o.margin + REACH) for m, o in zip(measured, obstacles)]
     start, evenings = points.copy(), _evening_steps(points, edges)
+    _follow(points, gauges, more)
     for round_ in range(ROUNDS):
-        push = _push(points, faces, measured, obstacles, more)
+        push = _push(points, faces, gauges, more)
         pushed = (push != 0).any(axis=1)
         if not pushed.any() and (round_ == 0 or round_ > max(evenings)):
             break
@@ -112,15 +68,16 @@ def clear(
             for _ in range(evenings[round_]):
                 total = 0.5 * (total + averaging @ total)
             points = start + total
-        for (distance, outwards), obstacle, around in zip(measured, obstacles, near):
-            distance[around], outwards[around] = obstacle.distance(points[around])
-    left = [float((m[0] - o.margin - more).min(initial=np.inf)) for m, o in zip(measured, obstacles)]
-    return points, min(left)
+        _follow(points, gauges, more)
+    return points, -max(float(gauge.lacking(more).max(initial=-np.inf)) for gauge in gauges)
 
 
-def _push(
-    points: Array, faces: Faces, measured: Sequence[tuple[Array, Array]], obstacles: Sequence[Obstacle], more: Array
-) -> Array:
+def _follow(points: Array, gauges: Sequence[Gauge], more: Array) -> None:
+    for gauge in gauges:
+        gauge.follow(points, gauge.obstacle.margin + more)
+
+
+def _push(points: Array, faces: Faces, gauges: Sequence[Gauge], more: Array) -> Array:
     """What each vertex lacks of its margins, as a displacement [m], shape [N, 3].
 
     Near the surface of an obstacle the way out is straight away from it. Further in, the nearest surface may be that
@@ -128,10 +85,10 @@ def _push(
     """
     push = np.zeros_like(points)
     own = vertex_normals(points, faces)
-    for (distance, outwards), obstacle in zip(measured, obstacles):
-        short = obstacle.margin + more - distance
-        astray = (distance < -DEEP) | ((outwards * own).sum(axis=1) < ASTRAY)
-        way = np.where(astray[:, None], own, outwards)
+    for gauge in gauges:
+        short = gauge.lacking(more)
+        astray = (gauge.distance < -DEEP) | ((gauge.outwards * own).sum(axis=1) < ASTRAY)
+        way = np.where(astray[:, None], own, gauge.outwards)
         push += np.where(short > 0, np.minimum(short + OVERSHOOT, STRIDE), 0.0)[:, None] * way
     return push
 

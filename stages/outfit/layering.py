@@ -4,7 +4,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from model.mesh.topology import border_loops
-from stages.outfit.clearance import Obstacle
+from stages.outfit.obstacle import Obstacle
 
 Array = NDArray[np.float64]
 Faces = NDArray[np.int64]

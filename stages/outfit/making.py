@@ -10,10 +10,11 @@ from model.body.free_twin import free_twin
 from model.mesh.intersection import intersecting_faces, self_intersecting_faces
 from stages.fabrics import Fabric
 from stages.outfit.blank import Blank, make_blank
-from stages.outfit.clearance import Obstacle, clear
+from stages.outfit.clearance import clear
 from stages.outfit.config import Config
 from stages.outfit.finishing import Garment, Wearing, finish
 from stages.outfit.layering import solid
+from stages.outfit.obstacle import Gauge, Obstacle
 from stages.outfit.own.load import OwnMesh
 from stages.outfit.plan import OutfitPlan
 from stages.outfit.resizing import tight_betas
@@ -32,9 +33,6 @@ FIT_TRIES = 6
 
 STEP = 0.0015
 """Distance that the vertices of such faces keep in addition, each time [m]."""
-
-CLOSE = 0.02
-"""Faces with no vertex nearer to the body than this are not tested against it [m]."""
 
 NO_OWN: Mapping[str, OwnMesh] = {}
 
@@ -89,17 +87,15 @@ def _fit(points: Array, blank: Blank, skin: Obstacle, below: list[Garment], conf
     """
     name, faces = blank.plan.name, blank.surface.faces
     layers = [solid(garment.vertices, garment.faces, config.layer_gap) for garment in below]
+    gauges = [Gauge(obstacle, points) for obstacle in (skin, *layers)]
     extra = np.zeros(len(points))
     for number in range(FIT_TRIES):
-        fitted, left = clear(points, faces, [skin, *layers], extra)
+        fitted, left = clear(points, faces, gauges, extra)
         # The last try is for being clear alone.
         if blank.own is None and number < FIT_TRIES - 1:
-            fitted, spaced = space(fitted, faces, config.edge_length, blank.seam, [skin, *layers], extra)
+            fitted, spaced = space(fitted, faces, config.edge_length, blank.seam, gauges, extra)
             left = min(left, spaced)
-        close = faces[(skin.distance(fitted)[0] < CLOSE)[faces].any(axis=1)]
-        hit = [close[intersecting_faces(fitted, close, skin.vertices, skin.faces)[:, 0]]]
-        hit += [faces[intersecting_faces(fitted, faces, g.vertices, g.faces)[:, 0]] for g in below]
-        met = np.unique(np.concatenate(hit))
+        met = np.unique(np.concatenate([_met(fitted, faces, gauge, o) for gauge, o in zip(gauges, (skin, *below))]))
         if left >= -TOLERANCE and len(met) == 0:
             if blank.own is not None:
                 _refuse_crossings(fitted, faces, name)
@@ -115,6 +111,12 @@ def _fit(points: Array, blank: Blank, skin: Obstacle, below: list[Garment], conf
         f"{name}: faces around {len(met)} vertices pass through the body or the garment below after {FIT_TRIES} "
         "tries; draw another shape, or raise outfit.clearance or outfit.layer_gap"
     )
+
+
+def _met(points: Array, faces: Faces, gauge: Gauge, other: Obstacle | Garment) -> Faces:
+    """Vertices of the faces that pass through the body or a garment below, whose distances the gauge holds."""
+    suspects = faces[gauge.may_meet(points, faces)]
+    return suspects[intersecting_faces(points, suspects, other.vertices, other.faces)[:, 0]].reshape(-1)
 
 
 def _refuse_crossings(points: Array, faces: Faces, name: str) -> None:

@@ -9,7 +9,8 @@ from numpy.typing import NDArray
 
 from model.mesh.geometry import vertex_normals
 from model.mesh.topology import adjacency, border_halfedges, edge_list
-from stages.outfit.clearance import OVERSHOOT, Obstacle
+from stages.outfit.clearance import OVERSHOOT
+from stages.outfit.obstacle import Gauge
 from stages.outfit.surface import Array, Faces, grown
 
 LEAST, MOST = 0.52, 1.95
@@ -29,7 +30,7 @@ CORNER = np.cos(np.deg2rad(55.0))
 
 
 def space(
-    points: Array, faces: Faces, edge: float, seam: NDArray[np.bool_], obstacles: Sequence[Obstacle], extra: Array
+    points: Array, faces: Faces, edge: float, seam: NDArray[np.bool_], gauges: Sequence[Gauge], extra: Array
 ) -> tuple[Array, float]:
     """Slides vertices until no edge is too short or too long.
 
@@ -38,11 +39,11 @@ def space(
         faces: Its triangles, shape [F, 3].
         edge: Edge length of its template [m].
         seam: Vertices on a seam, shape [N]; like those of a border they only slide along it.
-        obstacles: What to stay out of.
+        gauges: The vertices' distances from what to stay out of; kept up with where they go.
         extra: Further distance that each vertex keeps from every obstacle [m], shape [N].
 
     Returns:
-        The vertices [m], shape [N, 3], and the least distance left to those pushed beyond the margins [m].
+        The vertices [m], shape [N, 3], and the least distance left beyond the margins [m].
 
     Source: projection of distance constraints as in Mueller et al., Position Based Dynamics (2007).
     """
@@ -60,17 +61,14 @@ def space(
     rim = np.setdiff1d(edges, moving)
     number = np.empty(len(points), dtype=np.int64)
     number[moving], number[rim] = np.arange(len(moving)), len(moving) + np.arange(len(rim))
-    near, edges, left = points[np.concatenate([moving, rim])], number[edges], np.inf
+    near, edges, points = points[np.concatenate([moving, rim])], number[edges], points.copy()
     for _ in range(PASSES):
-        before = near
-        near = _slide(near, edges, edge, onto)
-        slid = np.flatnonzero((near != before).any(axis=1))
-        near[slid], left = _pushed_out(near[slid], obstacles, extra[moving][slid])
+        points[moving] = _slide(near, edges, edge, onto)[: len(moving)]
+        _push_out(points, gauges, extra)
+        near[: len(moving)] = points[moving]
         if not _lacking(near, edges, edge).any():
             break
-    points = points.copy()
-    points[moving] = near[: len(moving)]
-    return points, left
+    return points, -max(float(gauge.lacking(extra).max(initial=-np.inf)) for gauge in gauges)
 
 
 def _lacking(points: Array, edges: Faces, edge: float) -> Array:
@@ -116,14 +114,11 @@ def _ways(points: Array, faces: Faces, seam: NDArray[np.bool_]) -> Array:
     return onto
 
 
-def _pushed_out(points: Array, obstacles: Sequence[Obstacle], extra: Array) -> tuple[Array, float]:
-    """Points [n, 3] pushed out of the obstacles; the least distance left to those pushed beyond the margins [m]."""
-    lacking = np.zeros(len(points))
-    for obstacle in obstacles:
-        distance, outwards = obstacle.distance(points)
-        short = obstacle.margin + extra - distance
-        points = points + np.where(short > 0, short + OVERSHOOT, 0.0)[:, None] * outwards
-        lacking = np.maximum(lacking, short)
-    pushed = np.flatnonzero(lacking > 0)
-    left = [obstacle.distance(points[pushed])[0] - obstacle.margin - extra[pushed] for obstacle in obstacles]
-    return points, float(np.min(left, initial=np.inf))
+def _push_out(points: Array, gauges: Sequence[Gauge], extra: Array) -> None:
+    """Pushes points [N, 3] out of the obstacles, in place, one obstacle after the other."""
+    for gauge in gauges:
+        gauge.follow(points, gauge.obstacle.margin + extra)
+        short = gauge.lacking(extra)
+        points += np.where(short > 0, short + OVERSHOOT, 0.0)[:, None] * gauge.outwards
+    for gauge in gauges:
+        gauge.follow(points, gauge.obstacle.margin + extra)

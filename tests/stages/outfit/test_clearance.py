@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 
-from stages.outfit.clearance import Obstacle, clear
+from stages.outfit.clearance import clear
+from stages.outfit.obstacle import Obstacle
 from tests.stages.outfit.measures import angles, ball, tube
 
 

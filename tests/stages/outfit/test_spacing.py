@@ -3,7 +3,7 @@
 import numpy as np
 
 from model.mesh.topology import border_vertices, edge_list
-from stages.outfit.clearance import Obstacle
+from stages.outfit.obstacle import Obstacle
 from stages.outfit.spacing import LEAST, MOST, space
 from tests.stages.outfit.measures import angles, ball, edge_lengths, tube
 

@@ -8,7 +8,7 @@ from model.body import load_free_body
 from model.mesh.intersection import self_intersecting_faces
 from model.mesh.topology import border_loops, is_edge_manifold
 from stages.outfit.borders import loop_length
-from stages.outfit.clearance import Obstacle
+from stages.outfit.obstacle import Obstacle
 from stages.outfit.template import ASSET_FOLDER, EDGE_LENGTHS, GARMENT_TYPES, load_template, rest_body
 from tests.stages.outfit.measures import angles, area, components, edge_lengths
 from tools.template_asset.designs import DESIGNS, default_grid
