@@ -1,6 +1,7 @@
 """Brings the triangles along a new border or seam back into shape: collapse, flip, and slide, only near the line."""
 
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 import scipy.sparse as sp
@@ -40,11 +41,28 @@ class _Patch:
     rim: NDArray[np.bool_]
     """Which vertices the rest of the mesh uses too, shape [n]."""
 
+    @cached_property
+    def edges(self) -> Faces:
+        """All edges, shape [E, 2]."""
+        return edge_list(self.faces)
+
+    @cached_property
+    def border_edges(self) -> Faces:
+        """Edges on the border of the patch, whether or not the whole mesh has one there, shape [B, 2]."""
+        return border_halfedges(self.faces)
+
+    @cached_property
     def border(self) -> NDArray[np.bool_]:
-        """Vertices on the border of the patch, whether or not the whole mesh has one there, shape [n]."""
+        """Vertices on that border, shape [n]."""
         border = np.zeros(len(self.vertices), dtype=bool)
-        border[border_halfedges(self.faces).reshape(-1)] = True
+        border[self.border_edges.reshape(-1)] = True
         return border
+
+    @cached_property
+    def line_edges(self) -> Faces:
+        """Edges of the line: those of the border if it is one, else those inside with both ends on it."""
+        border = self.border_edges[self.line[self.border_edges].all(axis=1)]
+        return border if len(border) else self.edges[self.line[self.edges].all(axis=1)]
 
 
 def polish(surface: Surface, line: NDArray[np.bool_], edge: float) -> Surface:
@@ -95,39 +113,28 @@ class _Track:
     @classmethod
     def along(cls, patch: _Patch) -> "_Track":
         """The edges of the patch's line."""
-        edges = _line_edges(patch.faces, patch.line)
+        edges = patch.line_edges
         return cls(patch.vertices[edges[:, 0]], patch.vertices[edges[:, 1]])
 
     def nearest(self, points: Array) -> Array:
         """The nearest point of the polyline to each point [m], shape [n, 3]."""
         along = self.ends - self.starts
         length2 = np.maximum((along**2).sum(axis=1), 1e-18)
-        offset = points[:, None] - self.starts[None]
-        t = np.clip((offset * along[None]).sum(axis=2) / length2, 0.0, 1.0)
-        feet = self.starts[None] + t[:, :, None] * along[None]
-        best = ((feet - points[:, None]) ** 2).sum(axis=2).argmin(axis=1)
-        return feet[np.arange(len(points)), best]
-
-
-def _line_edges(faces: Faces, line: NDArray[np.bool_]) -> NDArray[np.int64]:
-    """Edges of the line: those of the border if it is one, else those inside with both ends on it."""
-    border = border_halfedges(faces)
-    border = border[line[border].all(axis=1)]
-    if len(border):
-        return border
-    edges = edge_list(faces)
-    return edges[line[edges].all(axis=1)]
+        # All pairs, one coordinate at a time.
+        offset = [points[:, k, None] - self.starts[:, k] for k in range(3)]
+        t = np.clip(sum(o * along[:, k] for k, o in enumerate(offset)) / length2, 0.0, 1.0)
+        best = sum((o - t * along[:, k]) ** 2 for k, o in enumerate(offset)).argmin(axis=1)
+        feet: Array = self.starts[best] + t[np.arange(len(points)), best, None] * along[best]
+        return feet
 
 
 def _collapse(patch: _Patch, edge: float) -> _Patch:
     """Collapses short edges that touch the line, shortest first, where that keeps the mesh a manifold."""
-    faces, points, line, border = patch.faces, patch.vertices, patch.line, patch.border()
-    border_edges = {(min(a, b), max(a, b)) for a, b in border_halfedges(faces).tolist()}
-    along = _line_edges(faces, line)
-    line_edges = {(min(a, b), max(a, b)) for a, b in along.tolist()}
-    corner = np.bincount(along.reshape(-1), minlength=len(points)) == 1
-    edges = edge_list(faces)
-    edges = edges[line[edges].any(axis=1)]
+    faces, points, line, border = patch.faces, patch.vertices, patch.line, patch.border
+    border_edges = {(min(a, b), max(a, b)) for a, b in patch.border_edges.tolist()}
+    line_edges = {(min(a, b), max(a, b)) for a, b in patch.line_edges.tolist()}
+    corner = np.bincount(patch.line_edges.reshape(-1), minlength=len(points)) == 1
+    edges = patch.edges[line[patch.edges].any(axis=1)]
     length = np.linalg.norm(points[edges[:, 0]] - points[edges[:, 1]], axis=1)
     short = np.flatnonzero(length < SHORT * edge)
     if len(short) == 0:
@@ -235,9 +242,8 @@ def _angle(points: Array, apex: Faces, a: Faces, b: Faces) -> Array:
 def _slide(patch: _Patch, near: NDArray[np.bool_], track: _Track) -> _Patch:
     """Moves the vertices near the line towards their neighbours' mean: on the line along it, else tangentially."""
     faces, points, count = patch.faces, patch.vertices, len(patch.vertices)
-    inner = near & ~patch.line & ~patch.border()
-    along = adjacency(_line_edges(faces, patch.line), count)
-    links = adjacency(edge_list(faces), count)
+    inner = near & ~patch.line & ~patch.border
+    along, links = adjacency(patch.line_edges, count), adjacency(patch.edges, count)
     on_line = patch.line & (np.asarray(along.sum(axis=1)).reshape(-1) == 2)
     weights = sp.diags(inner.astype(float)) @ links + sp.diags(on_line.astype(float)) @ along
     total = np.asarray(weights.sum(axis=1)).reshape(-1)
