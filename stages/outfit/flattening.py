@@ -119,29 +119,39 @@ def _laid_flat(points: Array, faces: Faces) -> Array:
     Source: Liu, Zhang, Xu, Gotsman and Gortler, A Local/Global Approach to Mesh Parameterization (2008), ARAP.
     """
     flat = _conformal(points, faces)
-    frames = _frames(points[faces])
-    rest = np.stack([np.zeros((len(faces), 2)), frames[:, :, 0], frames[:, :, 1]], axis=1)
+    frames, count = _frames(points[faces]), len(points)
     weights = np.maximum(igl.cotmatrix_entries(points, faces), 1e-3)
-    count = len(points)
     one, other = faces[:, [1, 2, 0]].reshape(-1), faces[:, [2, 0, 1]].reshape(-1)
     w = weights.reshape(-1)
     rows, columns = np.concatenate([one, other, one, other]), np.concatenate([one, other, other, one])
     laplacian = sp.csc_matrix((np.concatenate([w, w, -w, -w]), (rows, columns)), shape=(count, count))
     solve = splu(laplacian[1:, 1:], permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options={"SymmetricMode": True})
-    inverse = np.linalg.inv(frames)
+    gradient, force = _gradient(faces, frames, count), _force(faces, frames, weights, count)
     for _ in range(ROUNDS):
-        a, b, c = (flat[faces[:, k]] for k in range(3))
-        turn = _rotations(np.stack([b - a, c - a], axis=2) @ inverse)
-        right = np.zeros((count, 2))
-        for k in range(3):
-            i, j = (k + 1) % 3, (k + 2) % 3
-            force = weights[:, k, None] * np.einsum("fab,fb->fa", turn, rest[:, i] - rest[:, j])
-            for d in range(2):
-                right[:, d] += np.bincount(faces[:, i], force[:, d], count) - np.bincount(
-                    faces[:, j], force[:, d], count
-                )
+        right = force @ _rotations(gradient @ flat)
         flat = np.concatenate([np.zeros((1, 2)), solve.solve(right[1:])])
     return flat
+
+
+def _gradient(faces: Faces, frames: Array, count: int) -> sp.csr_matrix:
+    """Flat positions -> how they change along both axes of each triangle's frame, one below the other, [2 F, n]."""
+    inverse = np.linalg.inv(frames)
+    slopes = np.stack([-inverse.sum(axis=1), inverse[:, 0], inverse[:, 1]], axis=2)
+    return _over_corners(faces, slopes, count)
+
+
+def _force(faces: Faces, frames: Array, weights: Array, count: int) -> sp.csr_matrix:
+    """Rotations as `_rotations` returns them -> right side of the vertices' equations, shape [n, 2 F]."""
+    rest = np.stack([np.zeros((len(faces), 2)), frames[:, :, 0], frames[:, :, 1]], axis=1)
+    # Weighted edges opposite to each corner; each pulls at its two ends.
+    pull = weights[:, :, None] * (rest[:, [1, 2, 0]] - rest[:, [2, 0, 1]])
+    return _over_corners(faces, (pull[:, [2, 0, 1]] - pull[:, [1, 2, 0]]).transpose(0, 2, 1), count).T.tocsr()
+
+
+def _over_corners(faces: Faces, values: Array, count: int) -> sp.csr_matrix:
+    """A matrix with two rows for each triangle and `values` [F, 2, 3] at its corners, shape [2 F, n]."""
+    columns = np.repeat(faces, 2, axis=0).reshape(-1)
+    return sp.csr_matrix((values.reshape(-1), columns, np.arange(0, len(columns) + 1, 3)), (2 * len(faces), count))
 
 
 def _conformal(points: Array, faces: Faces) -> Array:
@@ -157,12 +167,13 @@ def _conformal(points: Array, faces: Faces) -> Array:
     return flat * [1.0, np.sign(doubled.sum())]
 
 
-def _rotations(matrices: Array) -> Array:
-    """The nearest rotation to each 2 x 2 matrix [F, 2, 2]."""
-    cosine, sine = matrices[:, 0, 0] + matrices[:, 1, 1], matrices[:, 1, 0] - matrices[:, 0, 1]
+def _rotations(gradients: Array) -> Array:
+    """The nearest rotation to each triangle's pair of gradients, in the same order, shape [2 F, 2]."""
+    along, across = gradients[0::2], gradients[1::2]
+    cosine, sine = along[:, 0] + across[:, 1], along[:, 1] - across[:, 0]
     length = np.maximum(np.hypot(cosine, sine), 1e-30)
     cosine, sine = cosine / length, sine / length
-    return np.stack([np.stack([cosine, -sine], 1), np.stack([sine, cosine], 1)], 1)
+    return np.stack([cosine, sine, -sine, cosine], axis=1).reshape(-1, 2)
 
 
 def _upright(flat: Array, up: Array) -> Array:
