@@ -6,8 +6,13 @@ from numpy.typing import ArrayLike, NDArray
 
 def area_vectors(vertices: ArrayLike, faces: ArrayLike) -> NDArray[np.float64]:
     """Normals of the faces, twice their area long [m^2], shape [F, 3]."""
-    corners = np.asarray(vertices, dtype=np.float64)[np.asarray(faces)]
-    return np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    points, f = np.asarray(vertices, dtype=np.float64), np.asarray(faces)
+    # One coordinate at a time: several times faster than np.cross.
+    x, y, z = (points[:, k] for k in range(3))
+    a, b, c = (f[:, k] for k in range(3))
+    ux, uy, uz = x[b] - x[a], y[b] - y[a], z[b] - z[a]
+    vx, vy, vz = x[c] - x[a], y[c] - y[a], z[c] - z[a]
+    return np.stack([uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx], axis=1)
 
 
 def face_normals(vertices: ArrayLike, faces: ArrayLike) -> NDArray[np.float64]:

@@ -14,19 +14,35 @@ def edge_list(faces: ArrayLike) -> NDArray[np.int64]:
 def edges_with_counts(faces: ArrayLike) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
     """Undirected edges [E, 2], sorted, and how many faces meet at each, shape [E]."""
     f = np.asarray(faces, dtype=np.int64)
-    half = np.sort(f[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2), axis=1)
     base = int(f.max(initial=0)) + 1
-    codes, counts = np.unique(half[:, 0] * base + half[:, 1], return_counts=True)
+    # Neighbouring faces have neighbouring numbers: a sort that makes use of runs.
+    codes = np.sort(_codes(f, base)[0], kind="stable")
+    starts = np.flatnonzero(np.diff(codes, prepend=-1))
+    counts = np.diff(starts, append=len(codes))
+    codes = codes[starts]
     return np.stack([codes // base, codes % base], axis=1), counts
 
 
 def border_halfedges(faces: ArrayLike) -> NDArray[np.int64]:
     """Directed edges that belong to one face only, in that face's direction, shape [B, 2]."""
     f = np.asarray(faces, dtype=np.int64)
-    half = f[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2)
-    base = int(f.max(initial=0)) + 1
-    forward, backward = half[:, 0] * base + half[:, 1], half[:, 1] * base + half[:, 0]
-    return half[~is_member(forward, np.sort(backward))]
+    codes, rising = _codes(f, int(f.max(initial=0)) + 1)
+    order = np.argsort(codes, kind="stable")
+    starts = np.flatnonzero(np.diff(codes[order], prepend=-1))
+    counts = np.diff(starts, append=len(codes))
+    up = np.add.reduceat(rising[order], starts, dtype=np.int64) if len(starts) else np.zeros(0, dtype=np.int64)
+    # All that use such an edge run the same way.
+    alone = np.zeros(len(codes), dtype=bool)
+    alone[order] = np.repeat((up == 0) | (up == counts), counts)
+    face, side = np.divmod(np.flatnonzero(alone), 3)
+    return np.stack([f[face, side], f[face, (side + 1) % 3]], axis=1)
+
+
+def _codes(faces: NDArray[np.int64], base: int) -> tuple[NDArray[np.int64], NDArray[np.bool_]]:
+    """One number for the edge under each half-edge, and whether that runs from its smaller vertex, shape [3 F]."""
+    start = faces.reshape(-1)
+    end = faces[:, [1, 2, 0]].reshape(-1)
+    return np.minimum(start, end) * base + np.maximum(start, end), start < end
 
 
 def is_member(values: NDArray[np.int64], ordered: NDArray[np.int64]) -> NDArray[np.bool_]:
