@@ -95,7 +95,9 @@ def _fit(points: Array, blank: Blank, skin: Obstacle, below: list[Garment], conf
         if blank.own is None and number < FIT_TRIES - 1:
             fitted, spaced = space(fitted, faces, config.edge_length, blank.seam, gauges, extra)
             left = min(left, spaced)
-        met = np.unique(np.concatenate([_met(fitted, faces, gauge, o) for gauge, o in zip(gauges, (skin, *below))]))
+        hit = [_met(fitted, faces, gauges[0], skin)]
+        hit += [_met(fitted, faces, gauge, garment) for gauge, garment in zip(gauges[1:], below)]
+        met = np.unique(np.concatenate(hit))
         if left >= -TOLERANCE and len(met) == 0:
             if blank.own is not None:
                 _refuse_crossings(fitted, faces, name)

@@ -6,9 +6,9 @@ import numpy as np
 from model.body import BodyModel
 from model.mesh.geometry import area_vectors
 from stages.outfit.clearance import clear
-from stages.outfit.obstacle import Obstacle
 from stages.outfit.coordinates import Axes
 from stages.outfit.cutting import cut
+from stages.outfit.obstacle import Obstacle
 from stages.outfit.resampling import sweep_order
 from stages.outfit.surface import Surface
 from stages.outfit.template import Template

@@ -9,8 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from model.body import JOINT_NAMES, load_free_body
-from stages.outfit.obstacle import Obstacle
 from stages.outfit.kinds import LOWER
+from stages.outfit.obstacle import Obstacle
 from stages.outfit.own.settings import ORIGINS, UNITS, UPS, OwnGarment
 from stages.outfit.template import rest_body, rest_joints
 from stages.spec import DataError

@@ -8,6 +8,7 @@ from model.mesh.barycentric import carry
 from model.mesh.operators import graph_laplacian, harmonic_fill
 from model.mesh.topology import (
     adjacency,
+    border_halfedges,
     border_loops,
     border_vertices,
     compact,
@@ -43,6 +44,19 @@ def test_topology_agrees_with_trimesh(tube: tuple[np.ndarray, np.ndarray]) -> No
     assert not is_edge_manifold(np.vstack([tube[1], tube[1][:1]]))
     assert (border_vertices(tube[1], len(tube[0])) == np.isin(tube[0][:, 2], [0.0, 15 / 16])).all()
     assert len(edges) == len(ours)
+
+
+def test_edges_and_borders_are_those_counted_one_by_one() -> None:
+    """Over soups of triangles: edges with one face, two, many, and neighbours turned against each other."""
+    rng = np.random.default_rng(3)
+    for count in (0, 1, 8, 30):
+        faces = np.stack([rng.permutation(12)[:3] for _ in range(count)]) if count else np.zeros((0, 3), dtype=int)
+        half = [(a, b) for f in faces.tolist() for a, b in zip(f, [*f[1:], f[0]])]
+        undirected = [(min(pair), max(pair)) for pair in half]
+        edges, counts = edges_with_counts(faces)
+        assert [tuple(edge) for edge in edges.tolist()] == sorted(set(undirected))
+        assert counts.tolist() == [undirected.count(edge) for edge in sorted(set(undirected))]
+        assert [tuple(h) for h in border_halfedges(faces).tolist()] == [h for h in half if h[::-1] not in half]
 
 
 def test_border_loops_run_along_the_faces(tube: tuple[np.ndarray, np.ndarray]) -> None:

@@ -3,7 +3,7 @@
 import numpy as np
 
 from model.mesh.topology import border_vertices, edge_list
-from stages.outfit.obstacle import Obstacle
+from stages.outfit.obstacle import Gauge, Obstacle
 from stages.outfit.spacing import LEAST, MOST, space
 from tests.stages.outfit.measures import angles, ball, edge_lengths, tube
 
@@ -21,7 +21,7 @@ def squeezed(reach: float, height: float, share: float) -> tuple[np.ndarray, np.
 
 
 def spaced(points: np.ndarray, faces: np.ndarray, seam: np.ndarray, obstacle: Obstacle) -> tuple[np.ndarray, float]:
-    return space(points, faces, EDGE, seam, [obstacle], np.zeros(len(points)))
+    return space(points, faces, EDGE, seam, [Gauge(obstacle, points)], np.zeros(len(points)))
 
 
 def test_short_and_long_edges_are_mended_and_the_cloth_stays_where_it_is() -> None:
