@@ -106,8 +106,12 @@ TUCKED = 0.4
 
 
 def presentable(stepper: Stepper) -> np.ndarray:
-    """Positions (N, 3) [m] to record, nowhere inside the body; the simulation goes on from its own."""
+    """Positions (N, 3) [m] to record: as little as can be inside the body and across each other; the simulation goes on
+    from its own."""
     clock, x = perf_counter(), stepper.x.copy()
+    if stepper.tidy is not None:
+        stepper.tidy(x, stepper.fixed)
+        clock = stepper.report.clock("tidy", clock)
     stepper.contact.lift(x, stepper.fixed, stepper.config.floor, 12)
     stepper.contact.tuck(x, TUCKED * stepper.config.floor)
     stepper.report.clock("folds", clock)

@@ -16,6 +16,7 @@ from stages.simulate.multilevel import Multilevel
 from stages.simulate.pairs import PairContact
 from stages.simulate.pcg import Pcg, conjugate_gradients
 from stages.simulate.springs import Springs
+from stages.simulate.tidy import Tidy
 from stages.simulate.watch import Watch
 from stages.spec import DataError
 
@@ -58,6 +59,7 @@ class Stepper:
         fastest: Bound on the speed of skin past cloth near it [m/s], which sets how far contact is looked for.
         first_frame: Frame of the body that counts as 0 in messages.
         watch: The plan in force; None does without.
+        tidy: Takes apart what crosses in a copy of x, if cloth collides with cloth.
     """
 
     LONGEST_MOVE = 0.03
@@ -90,6 +92,7 @@ class Stepper:
         n = len(x)
         real = np.float32 if config.precision == "f32" else np.float64
         self.springs, self.contact, self.pairs, self.config = springs, contact, pairs, config
+        self.tidy = None if pairs is None else Tidy(pairs)
         self.time, self.last_dt = 0.0, 0.0
         self.fastest = np.inf
         self.first_frame = 0
