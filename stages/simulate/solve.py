@@ -108,13 +108,13 @@ TUCKED = 0.4
 def presentable(stepper: Stepper) -> np.ndarray:
     """Positions (N, 3) [m] to record: as little as can be inside the body and across each other; the simulation goes on
     from its own."""
-    clock, x = perf_counter(), stepper.x.copy()
+    clock, x, floor = perf_counter(), stepper.x.copy(), stepper.config.floor
+    stepper.contact.lift(x, stepper.fixed, floor, 12)
+    stepper.contact.tuck(x, TUCKED * floor)
+    clock = stepper.report.clock("folds", clock)
     if stepper.tidy is not None:
-        stepper.tidy(x, stepper.fixed)
-        clock = stepper.report.clock("tidy", clock)
-    stepper.contact.lift(x, stepper.fixed, stepper.config.floor, 12)
-    stepper.contact.tuck(x, TUCKED * stepper.config.floor)
-    stepper.report.clock("folds", clock)
+        stepper.tidy(x, stepper.fixed, floor)
+        stepper.report.clock("tidy", clock)
     return x
 
 

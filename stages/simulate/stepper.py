@@ -92,7 +92,7 @@ class Stepper:
         n = len(x)
         real = np.float32 if config.precision == "f32" else np.float64
         self.springs, self.contact, self.pairs, self.config = springs, contact, pairs, config
-        self.tidy = None if pairs is None else Tidy(pairs)
+        self.tidy = None if pairs is None else Tidy(pairs, contact)
         self.time, self.last_dt = 0.0, 0.0
         self.fastest = np.inf
         self.first_frame = 0

@@ -9,6 +9,7 @@ from __future__ import annotations
 import numpy as np
 
 from stages.simulate.body_kernels import face_frames
+from stages.simulate.contact import BodyContact
 from stages.simulate.pairs import PairContact
 from stages.simulate.untangle import Crossings
 
@@ -21,26 +22,34 @@ FURTHEST = 0.006
 class Tidy:
     """Takes cloth apart where the last search for its pairs saw cloth near cloth."""
 
-    def __init__(self, pairs: PairContact) -> None:
-        self.pairs, self.crossings = pairs, Crossings(pairs.patches, pairs.layer)
+    def __init__(self, pairs: PairContact, contact: BodyContact) -> None:
+        self.pairs, self.contact, self.crossings = pairs, contact, Crossings(pairs.patches, pairs.layer)
         self.normal, self.centre = np.zeros_like(pairs.face_normal), np.zeros_like(pairs.face_centre)
         self.radius = np.zeros_like(pairs.face_radius)
 
-    def __call__(self, x: np.ndarray, fixed: np.ndarray) -> tuple[int, int]:
-        """Move vertices of x [N, 3] that aren't `fixed` [N], in place, so that fewer edges pass through faces.
+    def __call__(self, x: np.ndarray, fixed: np.ndarray, floor: float) -> tuple[int, int]:
+        """Move vertices of x [N, 3], in place, so that fewer edges pass through faces.
+
+        What is `fixed` [N] or shut in a fold of the body stays; nothing is moved nearer than `floor` [m] to skin.
 
         Returns:
-            How many did, and do. Where moving leaves no fewer, x stays as it is.
+            How many edges did, and do. Where moving leaves no fewer, x stays as it is.
         """
         before = least = self._count(x)
         if not before:
             return 0, 0
         start, y = x.copy(), x.copy()
+        skin = len(self.contact.body.faces) > 0
+        still = np.maximum(fixed, self.contact.pinched) if skin else fixed
         for _ in range(ROUNDS):
-            self._move(y, fixed)
+            self._move(y, still)
             way = y - start
             far = np.linalg.norm(way, axis=1, keepdims=True)
             y[:] = start + way * np.minimum(1.0, FURTHEST / np.maximum(far, 1e-12))
+            if skin:
+                self.contact.locate(y)
+                inside = (self.contact.distance < floor) & (far[:, 0] > 0)
+                y[inside] = start[inside]
             count = self._count(y)
             if count < least:
                 x[:], least = y, count

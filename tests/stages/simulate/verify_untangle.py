@@ -50,7 +50,7 @@ def test_a_record_shows_it_apart_before_it_has_come_out() -> None:
     assert len(self_intersecting_faces(s.x, faces)) > 5, "the simulation's own positions stay"
     # What is fixed is moved past, or stays crossed.
     still, fixed = s.x.copy(), np.repeat([1, 0], len(vertices) // 2).astype(np.int32)
-    before, after = Tidy(s.pairs)(still, fixed)
+    before, after = Tidy(s.pairs, s.contact)(still, fixed, 0.001)
     assert after < before and (still[fixed == 1] == s.x[fixed == 1]).all()
 
 
