@@ -10,7 +10,7 @@ STAGES := body outfit simulate register encode train report
 RUN := $(BIN)/python -m pipeline run "$(RECIPE)" $(if $(MOTION),--motion "$(MOTION)") $(if $(FRAMES),--frames $(FRAMES)) $(if $(JOBS),--jobs $(JOBS))
 
 .DEFAULT_GOAL := help
-.PHONY: help env demo test status peers curve extremes fabrics plan sequences outfits collisions motions $(STAGES)
+.PHONY: help env demo test status peers curve extremes fabrics plan sequences outfits quality collisions motions $(STAGES)
 
 help:
 	@echo "make demo                   set up, then make the demo: people, clothes, motion, models, report"
@@ -25,6 +25,7 @@ help:
 	@echo "make peers PEERS=FOLDER     it and Blender in turn on common scenes: docs/solver/peers.md; RUNS=3, ARGS='--scenes A'"
 	@echo "make sequences MOTION=DIR   20 people in the folder's clips, made and judged: docs/solver/sequences.md; ARGS='--count 2'"
 	@echo "make outfits                every garment drawn, one parameter at a time, and 100 outfits: docs/outfit; ARGS='--only top'"
+	@echo "make quality                500 outfits at the extremes of shape, made and measured: docs/outfit/quality.md; ARGS='--count 48'"
 	@echo "make motions MOTION=DIR     every motion of a folder on a body, measured and drawn: docs/body/motion.md"
 	@echo "make collisions MOTION=DIR  how bodies that run into themselves are freed: docs/body/collisions.md; ARGS='--count 4'"
 	@echo "make env                    set up only; PYTHON=/path/to/python3.11 if it isn't on the path, JOBS=N tasks at a time"
@@ -69,6 +70,9 @@ sequences: env
 
 outfits: env
 	@$(BIN)/python -m tools.outfit.looks $(ARGS)
+
+quality: env
+	@$(BIN)/python -m tools.outfit.quality $(ARGS)
 
 motions: env
 	@test -n "$(MOTION)" || { echo "name a folder of motion files: make motions MOTION=FOLDER" >&2; exit 1; }

@@ -115,7 +115,8 @@ SCHEMAS: dict[str, Schema] = {
                 "garments/*/faces": Dataset("F 3", dtype=_INDEX),
                 "garments/*/elastic": Dataset("N", dtype="int8"),
                 "garments/*/waistband": Dataset("N", dtype="bool"),
-                # 0, or the `number` that the attribute `borders` gives the border on which a vertex lies.
+                # 0, or the `number` that the attribute `borders` gives the border on which a vertex lies; the higher
+                # one where two meet, at the corners of an open front.
                 "garments/*/border": Dataset("N", dtype="int8", optional=True),
                 # The sewing pattern: each face's place in the attribute `panels`; the panels side by side in one plane,
                 # u to the right and v upwards seen from outside; their seams, numbered in the attribute `panel_seams`.

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from model.body import BodyModel
 from stages.outfit.borders import Border, name_borders
+from stages.outfit.collar import add_collar
 from stages.outfit.config import Config
 from stages.outfit.own.load import OwnMesh
 from stages.outfit.panels import Panels, cut_out
@@ -91,8 +92,14 @@ def make_blank(plan: GarmentPlan, gender: str, edge: float, own: Mapping[str, Ow
         surface, seam = sew(surfaces[0], surfaces[1], edge)
     else:
         surface, seam = surfaces[0], np.zeros(len(surfaces[0].vertices), dtype=bool)
-    borders = name_borders(
-        plan.type, surface.vertices, surface.faces, templates[0].axes, opening(templates[0], plan.pieces[0])
-    )
-    sleeveless = "armholes" in plan.pieces[0].cuts
-    return Blank(plan, surface, seam, borders, cut_out(templates, surface, seam, sleeveless=sleeveless))
+    upper, side = plan.pieces[0], opening(templates[0], plan.pieces[0])
+
+    def borders() -> list[Border]:
+        return name_borders(plan.type, surface.vertices, surface.faces, templates[0].axes, side)
+
+    panels = cut_out(templates, surface, seam, sleeveless="armholes" in upper.cuts)
+    if "collar" in upper.cuts:
+        neck = next(border for border in borders() if border.name == "neck")
+        surface, panels = add_collar(surface, panels, neck, upper.parameters["collar_height"], edge)
+        seam = np.concatenate([seam, np.zeros(len(surface.vertices) - len(seam), dtype=bool)])
+    return Blank(plan, surface, seam, borders(), panels)

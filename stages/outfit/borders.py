@@ -35,8 +35,8 @@ class Border:
     """One border of a garment."""
 
     name: str
-    """`neck`, `chest`, `left_sleeve`, `right_armhole`, `left_front_opening`, `waist`, `left_leg`, `hem` and their
-    mirror images."""
+    """`neck`, `chest`, `left_sleeve`, `right_armhole`, `left_front_opening`, `placket`, `waist`, `left_leg`, `hem` and
+    their mirror images."""
     loop: Faces
     """Its vertices in the faces' direction, shape [n]; a part of a loop has those of its neighbours at its ends."""
     closed: bool = True
@@ -76,7 +76,7 @@ def name_borders(
 
 
 def _parts(points: Array, loop: Faces, aside: NDArray[np.bool_]) -> list[Border]:
-    """Neck, hem and the two sides of an open front [`aside`, shape [n]], which are one loop."""
+    """Neck, hem and the two sides of an open front [`aside`, shape [n]], or neck and placket, which are one loop."""
     # The ends of neck and hem lie on the opening's sides, too: a step belongs to a side if both its ends do.
     step = aside & np.roll(aside, -1)
     changes = np.flatnonzero(step != np.roll(step, 1))
@@ -86,7 +86,7 @@ def _parts(points: Array, loop: Faces, aside: NDArray[np.bool_]) -> list[Border]
     ]
     across = sorted((path for side, path in paths if not side), key=lambda path: -float(points[path, 2].mean()))
     sides = sorted((path for side, path in paths if side), key=lambda path: -float(points[path, 0].mean()))
-    names = ("neck", "hem", "left_front_opening", "right_front_opening")
+    names = ("neck", "hem", "left_front_opening", "right_front_opening") if len(sides) == 2 else ("neck", "placket")
     return [Border(name, path, closed=False) for name, path in zip(names, [*across, *sides], strict=True)]
 
 

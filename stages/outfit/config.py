@@ -49,6 +49,14 @@ class Config:
     """Depth of necklines: share of the way from the neck to as deep as that kind is cut [1]."""
     neck_width: tuple[float, float] = field(default=(0.0, 1.0), metadata=_SHARE)
     """Width of necklines: share of the way from the neck to as wide as that kind, or the shoulder, lets [1]."""
+    collar_chance: float = field(default=0.2, metadata=_SHARE)
+    """Chance that a t-shirt has a stand-up collar on the smallest neckline in place of those [1]."""
+    collar_height: tuple[float, float] = field(default=(0.015, 0.03), metadata={"ge": 0.01, "le": 0.05})
+    """Height of collars [m]."""
+    placket_chance: float = field(default=0.6, metadata=_SHARE)
+    """Chance that a shirt with a collar that is not open in front has a placket below it, as a polo shirt [1]."""
+    placket_length: tuple[float, float] = field(default=(0.08, 0.16), metadata={"ge": 0.06, "le": 0.2})
+    """Length of plackets below the neckline [m]."""
     vest_chance: float = field(default=0.15, metadata=_SHARE)
     """Chance that a t-shirt is cut to a vest, without sleeves [1]."""
     armhole_depth: tuple[float, float] = field(default=(0.0, 1.0), metadata=_SHARE)

@@ -7,7 +7,9 @@ from numpy.typing import NDArray
 
 from model.body import BodyModel
 from model.body.free_twin import free_twin
+from model.mesh.geometry import edge_lengths
 from model.mesh.intersection import intersecting_faces, self_intersecting_faces
+from model.mesh.topology import edge_list
 from stages.fabrics import Fabric
 from stages.outfit.blank import Blank, make_blank
 from stages.outfit.clearance import clear
@@ -33,6 +35,9 @@ FIT_TRIES = 6
 
 STEP = 0.0015
 """Distance that the vertices of such faces keep in addition, each time [m]."""
+
+EDGES = 0.5, 2.0
+"""Lengths of edges that a garment may have, as shares of `outfit.edge_length` [1]; one's own may have any."""
 
 NO_OWN: Mapping[str, OwnMesh] = {}
 
@@ -61,7 +66,8 @@ def make_outfit(
         The garments, from the inner one to the outer one, on the body of betas less tightness in the rest pose.
 
     Raises:
-        DataError: A garment cannot be kept clear of the body or of a garment below it, or meets itself.
+        DataError: A garment cannot be kept clear of the body or of a garment below it, meets itself, or has edges much
+            too short or long.
     """
     tight, twin = tight_betas(betas, plan.tightness, model), free_twin(model)
     body_faces = model.faces.astype(np.int64)
@@ -92,7 +98,7 @@ def _fit(points: Array, blank: Blank, skin: Obstacle, below: list[Garment], conf
     for number in range(FIT_TRIES):
         fitted, left = clear(points, faces, gauges, extra)
         # The last try is for being clear alone.
-        if blank.own is None and number < FIT_TRIES - 1:
+        if blank.own is None and left >= -TOLERANCE and number < FIT_TRIES - 1:
             fitted, spaced = space(fitted, faces, config.edge_length, blank.seam, gauges, extra)
             left = min(left, spaced)
         hit = [_met(fitted, faces, gauges[0], skin)]
@@ -101,6 +107,8 @@ def _fit(points: Array, blank: Blank, skin: Obstacle, below: list[Garment], conf
         if left >= -TOLERANCE and len(met) == 0:
             if blank.own is not None:
                 _refuse_crossings(fitted, faces, name)
+            else:
+                _refuse_edges(fitted, faces, name, config.edge_length)
             return fitted
         extra[met] += STEP
         points = fitted
@@ -119,6 +127,21 @@ def _met(points: Array, faces: Faces, gauge: Gauge, other: Obstacle | Garment) -
     """Vertices of the faces that pass through the body or a garment below, whose distances the gauge holds."""
     suspects = faces[gauge.may_meet(points, faces)]
     return suspects[intersecting_faces(points, suspects, other.vertices, other.faces)[:, 0]].reshape(-1)
+
+
+def _refuse_edges(points: Array, faces: Faces, name: str, wanted: float) -> None:
+    """Where cloth is pushed or resized beyond what sliding can mend, its triangles are too uneven to simulate.
+
+    Raises:
+        DataError: An edge is out of `EDGES`.
+    """
+    share = edge_lengths(points, edge_list(faces)) / wanted
+    count = int(((share < EDGES[0]) | (share > EDGES[1])).sum())
+    if count:
+        raise DataError(
+            f"{name}: {count} edges are not {EDGES[0]:g} to {EDGES[1]:g} times {1e3 * wanted:g} mm long but "
+            f"{share.min():.2f} to {share.max():.2f} times; draw another shape, or another outfit.edge_length"
+        )
 
 
 def _refuse_crossings(points: Array, faces: Faces, name: str) -> None:

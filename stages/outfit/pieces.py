@@ -26,6 +26,9 @@ STITCH = 0.87
 OFF_CURVE = 0.2
 """How far off the curve a new border's vertices may be, in edge lengths; others of the border are older."""
 
+OFF_PLACKET = 0.45
+"""The same for plackets, which turn around within an edge at their end."""
+
 PROBE = 1e-5
 """Step that slopes of fields are measured with [m]."""
 
@@ -52,19 +55,20 @@ def make_piece(template: Template, piece: Piece) -> Surface:
     """
     surface = Surface.whole(shape(template, piece.parameters), template.faces)
     # Before lengths and heights, so that these cross the borders of an open front.
-    for field in upper_fields(template, piece):
+    for number, field in enumerate(upper_fields(template, piece)):
         surface = cut(surface, field(surface.vertices), template.edge)
-        surface = _onto(surface, field, template.edge)
+        off = OFF_PLACKET if number == 0 and "placket" in piece.cuts else OFF_CURVE
+        surface = _onto(surface, field, off * template.edge)
     for values in cut_fields(template, piece.parameters):
         surface = cut(surface, surface.rows @ values, template.edge)
     return surface
 
 
-def _onto(surface: Surface, field: Field, edge: float) -> Surface:
-    """Moves the vertices of a new border onto the curve, along the cloth: cut edges are straight, the curve is not."""
+def _onto(surface: Surface, field: Field, off: float) -> Surface:
+    """Moves border vertices less than `off` [m] off the curve onto it, along the cloth: cut edges are straight."""
     points = surface.vertices.copy()
     border = np.flatnonzero(border_vertices(surface.faces, len(points)))
-    border = border[np.abs(field(points[border])) < OFF_CURVE * edge]
+    border = border[np.abs(field(points[border])) < off]
     normals = vertex_normals(points, surface.faces)[border]
     for _ in range(2):
         at = points[border]

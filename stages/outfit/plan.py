@@ -17,7 +17,8 @@ DRAWS = (
     "sleeve_elastic", "leg_elastic", "waist_elastic", "sleeve_ratio", "leg_ratio", "waist_ratio",
     *(f"own_fabric_{number}" for number in range(MOST_OWN)),
     "neckline", "neck_depth", "neck_width", "vest", "armhole_depth", "strapless", "chest_height",
-    "open_front", "opening_width",
+    "open_front", "opening_width", "collar", "collar_height",
+    "placket", "placket_length",
 )  # fmt: skip
 """Every random number, in the order drawn. All are drawn always, so that changing one setting changes nothing else; new
 ones go to the end, so that outfits stay as they were."""
@@ -34,11 +35,14 @@ CUTS = {
     "round_neck": ("neck_depth", "neck_width"),
     "v_neck": ("neck_depth", "neck_width"),
     "boat_neck": ("neck_depth", "neck_width"),
+    "collar": ("collar_height",),
     "armholes": ("armhole_depth",),
     "strapless": ("chest_height",),
     "front_opening": ("opening_width",),
+    "placket": ("placket_length",),
 }
-"""Cuts of upper garments, and their parameters. Armholes make a vest of a t-shirt, and take the sleeves' parameters."""
+"""Cuts of upper garments, and their parameters. Armholes make a vest of a t-shirt, and take the sleeves' parameters; a
+collar stands on the smallest neckline, and with a placket, a short slit in front, makes a polo shirt."""
 
 ELASTIC_ENDS = {"tshirt": "sleeve", "trousers": "leg"}
 """Templates whose ends may carry an elastic, and what it is called."""
@@ -139,7 +143,7 @@ def _template_garment(name: str, config: Config, u: Mapping[str, float]) -> Garm
     else:
         cuts = _cuts(name, config, u)
         if name == "tshirt" and u["open_front"] < config.open_front_chance:
-            cuts = (*cuts, "front_opening")
+            cuts = (*(cut for cut in cuts if cut != "placket"), "front_opening")
         pieces = (_piece(name, cuts, values),)
         ends = _ends(pieces)
     ratios = {end: _between(config.elastic_ratio, u[f"{end}_ratio"]) for end in ends}
@@ -164,8 +168,10 @@ def _cuts(template: str, config: Config, u: Mapping[str, float]) -> tuple[str, .
         return ()
     if template == "top" and u["strapless"] < config.strapless_chance:
         return ("strapless",)
-    neck = f"{_pick(config.necklines, u['neckline'])}_neck"
-    return (neck, "armholes") if template == "tshirt" and u["vest"] < config.vest_chance else (neck,)
+    cuts: tuple[str, ...] = (f"{_pick(config.necklines, u['neckline'])}_neck",)
+    if template == "tshirt" and u["collar"] < config.collar_chance:
+        cuts = ("collar", "placket") if u["placket"] < config.placket_chance else ("collar",)
+    return (*cuts, "armholes") if template == "tshirt" and u["vest"] < config.vest_chance else cuts
 
 
 def _piece(template: str, cuts: tuple[str, ...], values: Mapping[str, float], without: Sequence[str] = ()) -> Piece:

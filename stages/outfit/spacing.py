@@ -1,5 +1,6 @@
-"""Brings a fitted garment's edges back within a range of lengths: the vertices around an edge that resizing or pushing
-left too short or too long slide along the cloth, on a border or seam along that line. Triangles stay as they are.
+"""Brings a fitted garment's edges back within a range of lengths, and its triangles from being too flat: the vertices
+around what resizing or pushing left so slide along the cloth, on a border or seam along that line. Which vertices are
+neighbours stays as it is.
 """
 
 from collections.abc import Sequence
@@ -16,14 +17,25 @@ from stages.outfit.surface import Array, Faces, grown
 LEAST, MOST = 0.52, 1.95
 """Edge lengths that are aimed at, as shares of the template's: a little within the 0.5 to 2 that is asked for."""
 
-RINGS = 4
-"""How many rings of vertices around such an edge may move."""
+FLAT = 0.29
+"""Least height of a triangle over its longest edge, as a share of that edge: no angle is then below 16 degrees."""
 
-PASSES, ROUNDS = 6, 25
+ENOUGH = 0.01
+"""What edges and heights may lack of this in the end, as a share of the template's edge length."""
+
+RINGS = 4
+"""How many rings of vertices around such an edge or triangle may move."""
+
+PASSES, ROUNDS = 10, 25
 """How often vertices slide and are pushed out of what they came too near to; rounds of sliding each time."""
 
+MORE_RINGS, MOMENTUM = 12, 0.9
+"""What is tried where that was not enough: more rings may move, and go on in each round by this share of the round
+before. Where many edges side by side along a border are too short, they make room for each other by small steps."""
+
 SPRUNG = 1.2
-"""Share of what an edge lacks that a round corrects: each vertex takes the mean over its edges, less than it needs."""
+"""Share of what an edge or height lacks that a round corrects: each vertex takes the mean of what pulls at it, which is
+less than it needs."""
 
 CORNER = np.cos(np.deg2rad(55.0))
 """Cosine of the turn of a border beyond which its vertex is a corner and stays."""
@@ -32,7 +44,7 @@ CORNER = np.cos(np.deg2rad(55.0))
 def space(
     points: Array, faces: Faces, edge: float, seam: NDArray[np.bool_], gauges: Sequence[Gauge], extra: Array
 ) -> tuple[Array, float]:
-    """Slides vertices until no edge is too short or too long.
+    """Slides vertices until no edge is too short or too long and no triangle too flat.
 
     Args:
         points: Vertices of a garment clear of the obstacles [m], shape [N, 3].
@@ -47,28 +59,49 @@ def space(
 
     Source: projection of distance constraints as in Mueller et al., Position Based Dynamics (2007).
     """
-    edges = edge_list(faces)
-    wrong = _lacking(points, edges, edge) != 0
-    if not wrong.any():
-        return points, np.inf
-    free = np.zeros(len(points), dtype=bool)
-    free[edges[wrong]] = True
-    free = grown(free, faces, RINGS)
-    moving = np.flatnonzero(free)
-    onto = _ways(points, faces, seam)[moving]
-    # All that is near, numbered anew, first what may move.
-    edges = edges[free[edges].any(axis=1)]
-    rim = np.setdiff1d(edges, moving)
-    number = np.empty(len(points), dtype=np.int64)
-    number[moving], number[rim] = np.arange(len(moving)), len(moving) + np.arange(len(rim))
-    near, edges, points = points[np.concatenate([moving, rim])], number[edges], points.copy()
-    for _ in range(PASSES):
-        points[moving] = _slide(near, edges, edge, onto)[: len(moving)]
-        _push_out(points, gauges, extra)
-        near[: len(moving)] = points[moving]
-        if not _lacking(near, edges, edge).any():
+    edges, slid = edge_list(faces), False
+    for rings, momentum in ((RINGS, 0.0), (MORE_RINGS, MOMENTUM)):
+        wrong, flat = np.abs(_lacking(points, edges, edge)), _flatness(points, faces)[0]
+        if max(wrong.max(), flat.max()) <= (ENOUGH * edge if slid else 0.0):
             break
+        free = np.zeros(len(points), dtype=bool)
+        free[edges[wrong > 0]] = free[faces[flat > 0]] = True
+        near = _Near(points, faces, edges, grown(free, faces, rings), _ways(points, faces, seam))
+        points, slid = _spaced(points, near, edge, gauges, extra, momentum), True
+    if not slid:
+        return points, np.inf
     return points, -max(float(gauge.lacking(extra).max(initial=-np.inf)) for gauge in gauges)
+
+
+class _Near:
+    """What is near edges and triangles to be mended, numbered anew: first the vertices that may move."""
+
+    def __init__(self, points: Array, faces: Faces, edges: Faces, free: NDArray[np.bool_], ways: Array) -> None:
+        self.moving = np.flatnonzero(free)
+        self.ways = ways[self.moving]
+        edges, faces = edges[free[edges].any(axis=1)], faces[free[faces].any(axis=1)]
+        rim = np.setdiff1d(edges, self.moving)
+        number = np.empty(len(points), dtype=np.int64)
+        number[self.moving] = np.arange(len(self.moving))
+        number[rim] = len(self.moving) + np.arange(len(rim))
+        self.points, self.edges, self.faces = points[np.concatenate([self.moving, rim])], number[edges], number[faces]
+
+    def enough(self, edge: float) -> bool:
+        """Whether nothing is left to mend."""
+        lacking = np.abs(_lacking(self.points, self.edges, edge)).max()
+        return bool(max(lacking, _flatness(self.points, self.faces)[0].max()) < ENOUGH * edge)
+
+
+def _spaced(points: Array, near: _Near, edge: float, gauges: Sequence[Gauge], extra: Array, momentum: float) -> Array:
+    """Slides and pushes out in turn."""
+    points = points.copy()
+    for _ in range(PASSES):
+        points[near.moving] = _slide(near, edge, momentum)[: len(near.moving)]
+        _push_out(points, gauges, extra)
+        near.points[: len(near.moving)] = points[near.moving]
+        if near.enough(edge):
+            break
+    return points
 
 
 def _lacking(points: Array, edges: Faces, edge: float) -> Array:
@@ -78,21 +111,45 @@ def _lacking(points: Array, edges: Faces, edge: float) -> Array:
     return lacking
 
 
-def _slide(points: Array, edges: Faces, edge: float, onto: Array) -> Array:
-    """Moves the ends of edges apart or together, the first n the way that `onto` [n, 3, 3] leaves to them."""
-    points, count = points.copy(), len(onto)
+def _flatness(points: Array, faces: Faces) -> tuple[Array, Faces, Array, Array]:
+    """How flat each triangle is.
+
+    Returns:
+        What its height over its longest edge lacks [m], shape [F]; its corners, the apex first, shape [F, 3]; the
+        height, from that edge to the apex [m], shape [F, 3]; its foot's place on the edge, 0 to 1, shape [F].
+    """
+    sides = points[faces[:, [2, 0, 1]]] - points[faces[:, [1, 2, 0]]]
+    length2 = (sides**2).sum(axis=2)
+    apex, rows = length2.argmax(axis=1), np.arange(len(faces))
+    corners = faces[rows[:, None], (apex[:, None] + [0, 1, 2]) % 3]
+    base, length2 = sides[rows, apex], length2[rows, apex]
+    up = points[corners[:, 0]] - points[corners[:, 1]]
+    share = (up * base).sum(axis=1) / length2
+    up -= share[:, None] * base
+    lacking: Array = FLAT * np.sqrt(length2) - np.sqrt((up**2).sum(axis=1))
+    return lacking, corners, up, share
+
+
+def _slide(near: _Near, edge: float, momentum: float) -> Array:
+    """Moves the ends of edges apart or together, and the corners of flat triangles: the points near by, [n, 3]."""
+    points, edges, faces, onto, count = near.points.copy(), near.edges, near.faces, near.ways, len(near.moving)
+    step = np.zeros((count, 3))
     for _ in range(ROUNDS):
         lacking = _lacking(points, edges, edge)
-        wrong = np.flatnonzero(lacking)
-        if len(wrong) == 0:
+        short, corners, up, share = _flatness(points, faces)
+        if max(np.abs(lacking).max(), short.max()) < ENOUGH * edge:
             break
+        wrong, flat = np.flatnonzero(lacking), np.flatnonzero(short > 0)
         a, b = edges[wrong].T
         along = points[b] - points[a]
         along *= (0.5 * SPRUNG * lacking[wrong] / np.linalg.norm(along, axis=1))[:, None]
-        ends, pull = np.concatenate([a, b]), np.zeros_like(points)
-        np.add.at(pull, ends, np.concatenate([-along, along]))
+        lift, t = up[flat], share[flat, None]
+        lift *= (SPRUNG * short[flat] / np.linalg.norm(lift, axis=1))[:, None] / (1.0 + t**2 + (1.0 - t) ** 2)
+        ends, pull = np.concatenate([a, b, *corners[flat].T]), np.zeros_like(points)
+        np.add.at(pull, ends, np.concatenate([-along, along, lift, (t - 1.0) * lift, -t * lift]))
         pull /= np.maximum(np.bincount(ends, minlength=len(points)), 1)[:, None]
-        points[:count] += np.einsum("nij,nj->ni", onto, pull[:count])
+        step = momentum * step + np.einsum("nij,nj->ni", onto, pull[:count])
+        points[:count] += step
     return points
 
 

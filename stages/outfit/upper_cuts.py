@@ -56,6 +56,9 @@ CHEST_DEPTH, CHEST_RISE = 0.025, 0.03
 SPREAD = 1.0
 """How much wider an open front is at the longest hem than at the neck, as a share of its width there."""
 
+PLACKET_WIDTH, SLIT = 0.016, 0.8
+"""How far a placket stands open [m], and half of it at least in edge lengths: a narrower slit has no triangles."""
+
 
 def upper_fields(template: Template, piece: Piece) -> list[Field]:
     """Fields of the cuts of an upper garment [m], positive on what is kept.
@@ -71,12 +74,14 @@ def upper_fields(template: Template, piece: Piece) -> list[Field]:
     open_front = opening(template, piece)
     fields = [open_front] if open_front else []
     for name in piece.cuts:
-        if name == "front_opening":
+        if name in ("front_opening", "placket"):
             continue
         if name == "armholes":
             fields.append(_armholes(template, parameters["armhole_depth"]))
         elif name == "strapless":
             fields.append(_strapless(template, parameters["chest_height"]))
+        elif name == "collar":
+            fields.append(_neckline(template, "round", {"neck_depth": 0.0, "neck_width": 0.0}, None))
         else:
             kind = name.removesuffix("_neck")
             fields.append(_neckline(template, kind, parameters, parameters.get("armhole_depth")))
@@ -85,11 +90,8 @@ def upper_fields(template: Template, piece: Piece) -> list[Field]:
 
 def _neckline(template: Template, kind: str, parameters: Mapping[str, float], armhole: float | None) -> Field:
     """A superellipse seen from the front, shallower at the back, joined to the smallest that clears the template's."""
-    points = template.vertices
-    border = points[max(border_loops(template.faces), key=lambda loop: float(points[loop, 2].mean()))]
-    middle = border[np.abs(border[:, 0]) < 2 * template.edge]
-    front = middle[middle[:, 1] < border[:, 1].mean(), 2].min() - MARGIN
-    back = middle[middle[:, 1] > border[:, 1].mean(), 2].min() - MARGIN
+    border = _neck(template)
+    front, back = _neck_heights(template, border)
     least = float(border[:, 0].max()) + MARGIN
     reach = _shoulder_end(template, armhole) - STRAP - least
     width = least + parameters["neck_width"] * float(np.clip(reach, 0.0, WIDTHS[kind]))
@@ -107,6 +109,19 @@ def _neckline(template: Template, kind: str, parameters: Mapping[str, float], ar
         return least_of_both
 
     return field
+
+
+def _neck(template: Template) -> Array:
+    """Points of the template's own neckline [m], shape [n, 3]."""
+    points = template.vertices
+    return points[max(border_loops(template.faces), key=lambda loop: float(points[loop, 2].mean()))]
+
+
+def _neck_heights(template: Template, border: Array) -> tuple[float, float]:
+    """Where the smallest neckline is lowest in front and at the back [m]."""
+    middle = border[np.abs(border[:, 0]) < 2 * template.edge]
+    before = middle[:, 1] < border[:, 1].mean()
+    return float(middle[before, 2].min()) - MARGIN, float(middle[~before, 2].min()) - MARGIN
 
 
 def _superellipse(template: Template, width: float, front: float, back: float, power: float) -> Field:
@@ -192,7 +207,9 @@ def _strapless(template: Template, share: float) -> Field:
 
 
 def opening(template: Template, piece: Piece) -> Field | None:
-    """Distance to the sides of an open front [m], which part further towards the hem; None without one."""
+    """Distance to the sides of an open front [m], which part further towards the hem, or of a placket; None without."""
+    if "placket" in piece.cuts:
+        return _placket(template, piece.parameters["placket_length"])
     if "front_opening" not in piece.cuts:
         return None
     width = piece.parameters["opening_width"]
@@ -203,6 +220,18 @@ def opening(template: Template, piece: Piece) -> Field | None:
         half = 0.5 * width * (1.0 + SPREAD * t**2)
         # No opening at the back: behind the shoulders everything is kept.
         away: Array = np.abs(at[:, 0]) - half + 10.0 * np.maximum(at[:, 1], 0.0)
+        return away
+
+    return field
+
+
+def _placket(template: Template, length: float) -> Field:
+    """A slit in front that ends in half a circle [m]."""
+    half = max(PLACKET_WIDTH / 2, SLIT * template.edge)
+    end = _neck_heights(template, _neck(template))[0] - length + half
+
+    def field(at: Array) -> Array:
+        away: Array = np.hypot(at[:, 0], np.maximum(end - at[:, 2], 0.0)) - half + 10.0 * np.maximum(at[:, 1], 0.0)
         return away
 
     return field

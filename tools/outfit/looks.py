@@ -50,7 +50,8 @@ def page(pictures: Collection[str], count: int, edge: float) -> str:
         f"## {count} outfits",
         "",
         "Drawn with the default ranges as a recipe's static people are: kinds of outfit and genders in turn, shape and "
-        "all else by chance. Colours tell fabrics: earthy ones cotton, violet and teal silk, blue denim, dark leather.",
+        "all else by chance; whose outfit the stage rejects is passed over. Colours tell fabrics: earthy ones cotton, "
+        "violet and teal silk, blue denim, dark leather.",
         "",
         "![outfits](drawn.jpg)",
         "",

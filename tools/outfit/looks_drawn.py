@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import itertools
+
 import numpy as np
 
 from model.body import GENDERS, load_free_body
@@ -29,13 +31,17 @@ ROOM = 1.05
 def drawn_sheet(count: int, edge: float) -> Picture:
     """People at rest as the defaults of a recipe draw them: kinds in turn, genders in turn, seeds by their names.
 
+    One whose outfit is rejected is said and passed over, the next person drawn in turn.
+
     Args:
         count: How many.
         edge: Edge length of the garments [m].
     """
     config, body, fabrics = Config(edge_length=edge), BodyConfig(), load_fabrics()
     pictures: list[Picture] = []
-    for index in range(count):
+    for index in itertools.count():
+        if len(pictures) == count:
+            break
         name, gender = f"static_{index:05d}", GENDERS[index // len(KINDS) % len(GENDERS)]
         betas = draw_betas(body.shape_range, body.betas, np.random.default_rng(seed_of(SEED, "body", name)))
         plan = draw_plan(KINDS[index % len(KINDS)], config, np.random.default_rng(seed_of(SEED, "outfit", name)))

@@ -37,7 +37,7 @@ class Row:
     @property
     def close(self) -> bool:
         """Whether it is seen from near, around the neck."""
-        return self.parameter.startswith("neck")
+        return self.parameter.startswith(("neck", "collar", "placket"))
 
     @property
     def label(self) -> str:
@@ -82,6 +82,10 @@ STRIPS: dict[str, tuple[Row, ...]] = {
         Row("neck_depth", ("v_neck",)),
         Row("neck_width", ("boat_neck",)),
         Row("neck_depth", ("round_neck",), BACK),
+        Row("collar_height", ("collar",)),
+        Row("collar_height", ("collar",), SIDE),
+        Row("collar_height", ("collar", "front_opening")),
+        Row("placket_length", ("collar", "placket")),
         Row("armhole_depth", ("round_neck", "armholes")),
         Row("armhole_depth", ("round_neck", "armholes"), SIDE),
         Row("opening_width", ("v_neck", "front_opening")),

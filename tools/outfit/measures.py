@@ -37,7 +37,7 @@ class Measures:
     self_crossings: int
     """Pairs of faces that meet and should not, by CGAL."""
     body_crossings: int
-    """Faces that meet the body, by CGAL."""
+    """Pairs of its and the body's faces that meet, by CGAL."""
     inside: int
     """Probes with an exact winding number of the body above one half."""
     body_distance: float
@@ -71,8 +71,8 @@ class Measures:
         return [word for word, wrong in words.items() if wrong]
 
     def plain(self) -> dict[str, Any]:
-        """As JSON values."""
-        return asdict(self)
+        """As JSON values, to six digits."""
+        return {name: float(f"{v:.6g}") if isinstance(v, float) else v for name, v in asdict(self).items()}
 
 
 def measure(vertices: Array, faces: Faces, edge: float, body: Array, body_faces: Faces) -> Measures:
@@ -91,7 +91,6 @@ def measure(vertices: Array, faces: Faces, edge: float, body: Array, body_faces:
     length = np.linalg.norm(points[undirected[:, 0]] - points[undirected[:, 1]], axis=1) / edge
     links = coo_matrix((np.ones(len(undirected)), undirected.T), shape=(len(points), len(points)))
     angles = np.degrees(igl.internal_angles(points, f)).min(axis=1)
-    met = cgal.intersect_other(points, f, body, body_faces, True)
     probes = points[np.linspace(0, len(points) - 1, PROBES).astype(int)]
     return Measures(
         vertices=len(points),
@@ -100,7 +99,7 @@ def measure(vertices: Array, faces: Faces, edge: float, body: Array, body_faces:
         oriented=len(directed) == 3 * len(f) and _outwards(points, f),
         components=int(connected_components(links, directed=False)[0]),
         self_crossings=len(cgal.remesh_self_intersections(points, f, True)[2]),
-        body_crossings=_pairs(met),
+        body_crossings=crossings(points, f, body, body_faces),
         inside=int((igl.winding_number(body, body_faces, np.ascontiguousarray(probes)) > 0.5).sum()),
         body_distance=float(np.sqrt(igl.point_mesh_squared_distance(points, body, body_faces)[0].min())),
         smallest_angle=float(angles.min()),
@@ -114,8 +113,10 @@ def measure(vertices: Array, faces: Faces, edge: float, body: Array, body_faces:
     )
 
 
-def _pairs(found: tuple[Any, ...]) -> int:
-    """Number of intersecting pairs in what `intersect_other` returns: its table of two columns."""
+def crossings(points: Array, faces: Faces, others: Array, other_faces: Faces) -> int:
+    """Pairs of faces of two meshes [m] that meet, by CGAL."""
+    found = cgal.intersect_other(points, faces, others, other_faces, True)
+    # Among what it returns is a table of two columns.
     return next(len(part) for part in found if isinstance(part, np.ndarray) and part.ndim == 2 and part.shape[1] == 2)
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import resource
 import time
+from itertools import combinations
 from typing import Any
 
 import numpy as np
@@ -16,7 +17,7 @@ from stages.outfit.plan import draw_plan
 from stages.outfit.resizing import tight_betas
 from stages.outfit.template import rest_body
 from stages.spec import DataError
-from tools.outfit.measures import measure
+from tools.outfit.measures import crossings, measure
 from tools.outfit.quality_cast import Member
 
 
@@ -45,8 +46,13 @@ def trial(member: Member, edge: float) -> dict[str, Any]:
     faces = load_free_body(member.gender).faces.astype(np.int64)
     told |= {"seconds": spent, "memory_mb": resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024}
     found = {g.plan.name: measure(g.vertices, g.faces, edge, body, faces) for g in garments}
-    told["garments"] = {name: measures.plain() for name, measures in found.items()}
+    cuts = {g.plan.name: [cut for piece in g.plan.pieces for cut in piece.cuts] for g in garments}
+    told["garments"] = {name: measures.plain() | {"cuts": cuts[name]} for name, measures in found.items()}
+    told["layer_crossings"] = sum(
+        crossings(a.vertices, a.faces, b.vertices, b.faces) for a, b in combinations(garments, 2)
+    )
     told["faults"] = [f"{name}: {fault}" for name, measures in found.items() for fault in measures.faults()]
+    told["faults"] += ["garments meet each other"] * (told["layer_crossings"] > 0)
     return told
 
 

@@ -16,6 +16,7 @@ from stages.outfit.making import TOLERANCE, Garment, make_outfit
 from stages.outfit.plan import KINDS, OutfitPlan, draw_plan
 from stages.outfit.resizing import tight_betas
 from stages.outfit.template import rest_body
+from stages.spec import DataError
 from tests.stages.outfit.measures import angles, area, components, edge_lengths
 
 EDGE = 0.014
@@ -224,3 +225,12 @@ def test_every_kind_can_be_made_for_the_mean_body() -> None:
     for kind in KINDS:
         _, garments, _ = made("female", kind, (0.5, -0.5), 4)
         assert "+".join(sorted(g.plan.name for g in garments)) == "+".join(sorted(kind.split("+")))
+
+
+def test_a_garment_whose_edges_stay_too_long_is_rejected(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("stages.outfit.making.EDGES", (0.5, 1.3))
+    with pytest.raises(DataError, match=r"^skirt: \d+ edges are not 0.5 to 1.3 times 14 mm long but 0"):
+        make_outfit(
+            draw_plan("top+skirt", CONFIG, np.random.default_rng(0)), load_free_body("female"), np.zeros(10), CONFIG,
+            load_fabrics(), lambda label: None,
+        )  # fmt: skip

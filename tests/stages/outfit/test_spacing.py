@@ -80,3 +80,17 @@ def test_a_clean_mesh_is_left_alone() -> None:
     new, left = spaced(points, faces, np.zeros(len(points), dtype=bool), Obstacle(*ball(0.01), 0.002))
     assert new is points
     assert left == np.inf
+
+
+def test_a_flat_triangle_is_raised_though_its_edges_are_long_enough() -> None:
+    points, faces = tube(RADIUS, HEIGHT, EDGE)
+    corner = faces[np.abs(points[faces].mean(axis=1) - [RADIUS, 0, 0.1]).sum(axis=1).argmin()]
+    a, b, c = points[corner]
+    points[corner[0]] += 0.9 * ((b + c) / 2 - a)
+    points[corner[1]] += 0.1 * (b - c)
+    points[corner[2]] -= 0.1 * (b - c)
+    assert angles(points, faces).min() < 10
+    assert 0.52 < edge_lengths(points, faces).min() / EDGE < edge_lengths(points, faces).max() / EDGE < 1.95
+    new, _ = spaced(points, faces, np.zeros(len(points), dtype=bool), Obstacle(*ball(0.01), 0.002))
+    assert angles(new, faces).min() > 15
+    assert edge_lengths(new, faces).min() > 0.5 * EDGE

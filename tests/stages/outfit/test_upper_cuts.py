@@ -27,6 +27,8 @@ SHIRTS = [
     ("tshirt", ("boat_neck", "armholes"), {"neck", "left_armhole", "right_armhole", "hem"}),
     ("tshirt", ("v_neck", "front_opening"), {"left_sleeve", "right_sleeve"}),
     ("tshirt", ("round_neck", "armholes", "front_opening"), {"left_armhole", "right_armhole"}),
+    ("tshirt", ("collar",), {"neck", "left_sleeve", "right_sleeve", "hem"}),
+    ("tshirt", ("collar", "placket"), {"left_sleeve", "right_sleeve", "hem"}),
     ("top", ("v_neck",), {"neck", "left_armhole", "right_armhole", "hem"}),
     ("top", ("strapless",), {"chest", "hem"}),
 ]
@@ -35,6 +37,7 @@ SHIRTS = [
 
 def piece(template: str, cuts: tuple[str, ...], share: float, length: float = 0.6) -> Piece:
     values = {"sleeve_length": 0.3, "torso_length": length, "sleeve_offset": 0.5, "opening_width": 0.04 + 0.08 * share}
+    values |= {"placket_length": 0.08 + 0.08 * share}
     sleeves = 0 if "armholes" in cuts else 1
     names = [name for name in PARAMETERS[template] if sleeves or not name.startswith("sleeve")]
     of_cuts = {name: values.get(name, share) for cut in cuts for name in CUTS[cut]}
@@ -61,7 +64,7 @@ def test_every_cut_leaves_one_clean_piece(
     made = cut_piece(gender, template, cuts, share)
     v, f = made.vertices, made.faces
     assert is_edge_manifold(f) and components(v, f) == 1
-    holes = len(loops) + ("front_opening" in cuts)
+    holes = len(loops) + bool({"front_opening", "placket"} & set(cuts))
     assert len(border_loops(f)) == holes and euler_characteristic(f) == 2 - holes
     assert angles(v, f).min() > 18
     assert edge_lengths(v, f).min() > 0.35 * EDGE and edge_lengths(v, f).max() < 2 * EDGE
@@ -77,9 +80,9 @@ def test_borders_lie_on_their_curves(gender: str, template: str, cuts: tuple[str
     borders = named(gender, template, cuts, 0.7)
     v = cut_piece(gender, template, cuts, 0.7).vertices
     fields = upper_fields(load_template(template, gender, EDGE), piece(template, cuts, 0.7))
-    curves = {"front_opening": "front_opening", "armholes": "armhole", "strapless": "chest"}
+    curves = {"front_opening": "front_opening", "armholes": "armhole", "strapless": "chest", "placket": "placket"}
     # The opening's field comes first.
-    order = sorted(cuts, key=lambda cut: cut != "front_opening")
+    order = sorted(cuts, key=lambda cut: cut not in ("front_opening", "placket"))
     for cut, field in zip(order, fields, strict=True):
         found = [b for name, b in borders.items() if name.endswith(curves.get(cut, "neck"))]
         assert len(found) == (2 if cut in ("front_opening", "armholes") else 1)
@@ -110,6 +113,16 @@ def test_an_open_front_joins_neck_and_hem_and_its_sides_face_each_other() -> Non
     assert np.array_equal(around, border_vertices(cut_piece("female", "tshirt", cuts, 0.5).faces, len(v)))
     gap = [np.interp(z, *v[b.loop][np.argsort(v[b.loop, 2])][:, [2, 0]].T) for b in (left, right) for z in (0.0, 0.35)]
     assert gap[0] - gap[2] > 1.15 * (gap[1] - gap[3]) > 1.15 * 0.08, "further apart towards the hem"
+
+
+def test_a_placket_is_a_slit_from_the_neck_down() -> None:
+    for share, length in ((0.0, 0.08), (1.0, 0.16)):
+        borders = named("male", "tshirt", ("collar", "placket"), share)
+        v = cut_piece("male", "tshirt", ("collar", "placket"), share).vertices
+        slit, neck = borders["placket"].loop, borders["neck"].loop
+        assert {*slit[[0, -1]].tolist()} == {*neck[[0, -1]].tolist()} and v[slit, 1].max() < 0
+        assert np.ptp(v[slit, 2]) == pytest.approx(length, abs=0.008)
+        assert np.ptp(v[slit, 0]) == pytest.approx(1.6 * EDGE, abs=2e-3)
 
 
 def test_what_a_tailor_measures_follows_the_parameters() -> None:
