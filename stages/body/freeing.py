@@ -126,7 +126,8 @@ def free_body(
     frame = first.faults[0].frame
     about = slice(max(0, frame - PROBE), frame + PROBE + 1)
     # A foot is held where it is throughout a contact: how far it must be moved is not told by a few frames.
-    worth = first.solution.partings and len(first.motion) > 2 * (2 * PROBE + 1)
+    feet = first.opening is not None and first.opening.foot_shift.max() > config.largest_shift
+    worth = not feet and len(first.motion) > 2 * (2 * PROBE + 1)
     for shape, steps, left_out in _choices(model, betas, config, first.faults):
         # What doesn't help where it is worst needn't be tried on the whole sequence.
         if worth and attempt(shape, steps, left_out, about).faults:

@@ -17,7 +17,7 @@ from scipy.spatial.transform import Rotation
 from stages.body.figure import ANKLES, HIPS, KNEES, Figure
 from stages.body.legs import solve_leg
 from stages.body.motion import Motion
-from stages.body.overlap import FAR, Points, Surface
+from stages.body.overlap import FAR, Approach, Nearness, Posed
 from stages.body.parts import Parts
 from stages.body.turns import rotate, unit
 
@@ -76,13 +76,17 @@ def open_limbs(
         gaps: Free space wanted between an arm and the trunk, and between the legs [m]: two layers of cloth, each 2 mm
             from the skin and from the other.
         tell: Told after every round what is being done.
-        most: An arm that was turned farther [rad], or a foot that was moved farther [m], is opened no more.
+        most: An arm that was turned farther [rad], or a foot that was moved farther [m], is opened no more; after such
+            a foot, arms aren't looked at.
 
     Returns:
         The motion with free limbs, and what was done.
     """
     pose, leg_before, leg_after, shift = _open_legs(figure, parts, motion, gaps[1], most[1], tell)
-    pose, arm_before, arm_after, turned = _open_arms(parts, pose, gaps[0], most[0], tell)
+    arm_before = arm_after = np.full(len(motion), FAR)
+    turned = np.zeros((len(motion), 2))
+    if shift.max() <= most[1]:
+        pose, arm_before, arm_after, turned = _open_arms(parts, pose, gaps[0], most[0], tell)
     opening = Opening(
         arm_distance_before=arm_before,
         arm_distance=arm_after,
@@ -105,11 +109,12 @@ def _open_arms(
     distance = np.full((frames, 2), FAR)
     short = np.inf
     stale = np.ones((frames, 2), dtype=bool)
-    trunk = [Surface(*posed) for posed in zip(*parts.trunk.posed(parts.transforms(pose)), strict=True)]
+    trunk = Posed.of(parts.trunk, parts.transforms(pose))
+    approaches = [Approach(frames, arm, parts.trunk, gap) for arm in parts.arms]
     original = Rotation.from_rotvec(pose[:, SHOULDERS].reshape(-1, 3))
     for attempt in range(ROUNDS + 1):
         for side in (0, 1):
-            need = _arm_need(parts, side, pose, trunk, gap, distance[:, side], stale[:, side])
+            need = _arm_need(parts, side, pose, trunk, approaches[side], gap, distance[:, side], stale[:, side])
             if attempt < ROUNDS:
                 more = _envelope(need)
                 turns[:, side] += more
@@ -130,7 +135,8 @@ def _arm_need(
     parts: Parts,
     side: int,
     pose: Array,
-    trunk: list[Surface],
+    trunk: Posed,
+    approach: Approach,
     gap: float,
     distance: Array,
     stale: NDArray[np.bool_],
@@ -144,17 +150,17 @@ def _arm_need(
     if not len(parts.arms[side].points) or not len(frames):
         return need
     transforms = parts.transforms(pose[frames])
-    points, _ = parts.arms[side].posed(transforms)
+    arm = Posed.of(parts.arms[side], transforms)
     shoulder = SHOULDERS[side]
     collar = int(parts.parents[shoulder])
     pivots = rotate(transforms[:, collar, :, :3], parts.joints[shoulder]) + transforms[:, collar, :, 3]
-    for k, t in enumerate(frames):
-        near = trunk[t].nearness(points[k])
-        distance[t] = near.distance.min()
-        short = gap - near.distance
-        if short.max() <= ENOUGH:
+    for k, near, _ in approach.look(frames, arm, trunk.only(frames)):
+        t = frames[k]
+        distance[t] = near.least()
+        if distance[t] >= gap - ENOUGH:
             continue
-        lever = np.cross(points[k] - pivots[k], near.normals)
+        short = gap - near.distance
+        lever = np.cross(near.points - pivots[k], near.normals)
         length = np.linalg.norm(lever, axis=1)
         angle = np.where(short > 0, short / np.maximum(length, SHORTEST_LEVER), 0.0)
         worst = int(angle.argmax())
@@ -175,16 +181,18 @@ def _open_legs(
     distance = np.empty((frames, 2))
     short = np.inf
     stale = np.ones(frames, dtype=bool)
+    approach = Approach(frames, *parts.legs, gap)
     for attempt in range(ROUNDS + 1):
         looked = np.flatnonzero(stale)
         transforms = parts.transforms(pose[looked])
-        posed = [leg.posed(transforms) for leg in parts.legs]
+        legs = [Posed.of(leg, transforms) for leg in parts.legs]
+        looks = list(approach.look(looked, *legs))
+        rows = [k for k, *_ in looks]
         before_round = shift.copy()
         for side in (0, 1):
             need = np.zeros((frames, 3))
-            distance[looked, side], need[looked] = _leg_need(
-                parts, side, transforms, posed[side][0], posed[1 - side], gap
-            )
+            near = [pair[side] for _, *pair in looks]
+            distance[looked[rows], side], need[looked[rows]] = _leg_need(parts, side, transforms[rows], near, gap)
             if attempt < ROUNDS:
                 shift[:, side] += _held(need, motion.planted[:, side])
         stale = (shift != before_round).any(axis=(1, 2))
@@ -199,21 +207,16 @@ def _open_legs(
     return pose, before, distance.min(axis=1), np.linalg.norm(shift, axis=-1)
 
 
-def _leg_need(
-    parts: Parts, side: int, transforms: Array, points: Points, other: tuple[Points, Points], gap: float
-) -> tuple[Array, Array]:
+def _leg_need(parts: Parts, side: int, transforms: Array, looks: list[Nearness], gap: float) -> tuple[Array, Array]:
     """Smallest distance of one leg to the other [m], shape [T], and the level shift of its ankle that frees it [m]."""
     hip, ankle = HIPS[side], ANKLES[side]
     at = [rotate(transforms[:, j, :, :3], parts.joints[j]) + transforms[:, j, :, 3] for j in (hip, ankle)]
-    distance, need = np.empty(len(points)), np.zeros((len(points), 3))
-    for t in range(len(points)):
-        near = Surface(other[0][t], other[1][t]).nearness(points[t])
+    distance, need = np.array([near.least() for near in looks]), np.zeros((len(looks), 3))
+    for t in map(int, np.flatnonzero(distance < gap - ENOUGH)):
+        near = looks[t]
         worst = int(near.distance.argmin())
-        distance[t] = near.distance[worst]
-        if distance[t] >= gap - ENOUGH:
-            continue
         along = at[1][t] - at[0][t]
-        share = float((points[t][worst] - at[0][t]) @ along / (along @ along))
+        share = float((near.points[worst] - at[0][t]) @ along / (along @ along))
         level = near.normals[worst] * [1.0, 1.0, 0.0]
         if np.linalg.norm(level) < 0.2:
             continue

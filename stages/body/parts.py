@@ -2,11 +2,13 @@
 
 from collections.abc import Collection, Iterable
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from model.body import BodyModel, joint_transforms, skin
+from stages.body.collision.vectors import dot
 
 Array = NDArray[np.float64]
 
@@ -39,15 +41,21 @@ class Part:
     weights: NDArray[np.float32]
     """Skinning weights, shape [N, 24]."""
 
-    def posed(self, transforms: Array) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
-        """Points [m] and normals, shape [T, N, 3] each, for skinning transforms [T, 24, 3, 4]."""
-        joints = np.flatnonzero(self.weights.any(axis=0))  # a leg hangs on six of them, not on all
-        weights, moving = self.weights[:, joints], transforms[:, joints]
-        turning = moving.copy()
-        turning[..., 3] = 0.0
-        normals = skin(self.normals, weights, turning).astype(np.float32)
-        normals /= np.linalg.norm(normals, axis=-1, keepdims=True)
-        return skin(self.points, weights, moving).astype(np.float32), normals
+    @cached_property
+    def joints(self) -> NDArray[np.int64]:
+        """The joints that move it: a leg hangs on six of them, not on all."""
+        return np.flatnonzero(self.weights.any(axis=0))
+
+    def posed(self, transforms: Array) -> NDArray[np.float32]:
+        """Points [m], shape [T, N, 3], for skinning transforms [T, 24, 3, 4]."""
+        return skin(self.points, self.weights[:, self.joints], transforms[:, self.joints]).astype(np.float32)
+
+    def normals_in(self, transforms: Array, rows: NDArray[np.int64]) -> NDArray[np.float32]:
+        """Normals of the points `rows` [N], shape [N, 3], for skinning transforms [24, 3, 4] of one frame."""
+        turning = transforms[self.joints, :, :3].astype(np.float32).reshape(-1, 9)
+        turned = (self.weights[np.ix_(rows, self.joints)] @ turning).reshape(-1, 3, 3)
+        normals = np.matvec(turned, self.normals[rows])
+        return np.asarray(normals / np.sqrt(dot(normals, normals))[:, None])
 
 
 @dataclass(frozen=True, eq=False)
@@ -121,5 +129,6 @@ def _normals(vertices: NDArray[np.float32], faces: NDArray[np.int32]) -> NDArray
 def _thinned(vertices: NDArray[np.float32], rows: NDArray[np.int64], spacing: float) -> NDArray[np.int64]:
     """One vertex of each cube of side `spacing`: rows of `vertices`, ascending."""
     cubes = np.floor(vertices[rows] / spacing).astype(np.int64)
-    _, first = np.unique(cubes, axis=0, return_index=True)
+    cubes -= cubes.min(axis=0, initial=0)
+    _, first = np.unique(np.ravel_multi_index(tuple(cubes.T), cubes.max(axis=0, initial=0) + 1), return_index=True)
     return np.sort(rows[first])

@@ -1,14 +1,14 @@
 """Where two segments touch, in one frame: vertices, the way out, and how much room there is."""
 
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.spatial import cKDTree
 
 from stages.body.collision.intersect import Crossings
 from stages.body.collision.segments import Segments
-from stages.body.collision.vectors import cross, dot
+from stages.body.collision.vectors import cross, dot, squares
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
@@ -63,54 +63,81 @@ class Normals:
         self.about[corner[order], place] = order // 3
         self.faces = np.concatenate([faces, np.zeros((1, 3), faces.dtype)])
 
-    def at(self, x: NDArray[np.float32], vertices: Index) -> Array:
-        """Unit normals of `vertices`, weighted by area, in the body x [m], shape [N, 3]."""
-        corners = x[self.faces[self.about[vertices]]].astype(np.float64)
+    def at(self, x: NDArray[np.float32], vertices: Index, first: Index | int = 0) -> Array:
+        """Unit normals of `vertices`, weighted by area, shape [N, 3].
+
+        Args:
+            x: Vertices of bodies, one after the other [m], shape [T * V, 3].
+            vertices: Vertices of a body, shape [N].
+            first: Row of `x` where the body of each starts, shape [N].
+
+        Returns:
+            The normals.
+        """
+        corners = x[self.faces[self.about[vertices]] + np.reshape(first, (-1, 1, 1))].astype(np.float64)
         out = cross(corners[:, :, 1] - corners[:, :, 0], corners[:, :, 2] - corners[:, :, 0]).sum(axis=1)
         return out / np.maximum(np.sqrt(dot(out, out)), 1e-30)[:, None]
 
 
 def touch(
-    segments: Segments, normals: Array, x: NDArray[np.float32], rows: tuple[Index, Index], gap: float
-) -> Contact | None:
+    segments: Segments,
+    normals: Normals,
+    x: NDArray[np.float32],
+    near: Sequence[tuple[int, tuple[int, int], tuple[Index, Index]]],
+    gap: float,
+) -> Iterator[tuple[int, tuple[int, int], Contact]]:
     """Vertices of two segments that are nearer than `gap`, or inside each other.
 
     Args:
         segments: The person's segments.
-        normals: Unit normals, of use at `rows`, shape [V, 3].
-        x: Vertices [m], shape [V, 3].
-        rows: Vertices of the first and of the second segment to look at.
+        normals: Normals of the body.
+        x: Vertices [m], shape [T, V, 3].
+        near: Frame, pair of segments, and vertices of the first and of the second to look at.
         gap: Distance wanted [m].
 
-    Returns:
-        The contact; None if there is none.
+    Yields:
+        Frame, pair of segments, and their contact, where there is one.
     """
-    n_a, n_b = normals[rows[0]], normals[rows[1]]
-    x_a, x_b = x[rows[0]].astype(np.float64), x[rows[1]].astype(np.float64)
-    one = _inside(segments, (x_a, n_a, rows[0]), (x_b, n_b, rows[1]), gap)
-    other = _inside(segments, (x_b, n_b, rows[1]), (x_a, n_a, rows[0]), gap)
-    a, b = np.concatenate([one[0], other[1]]), np.concatenate([one[1], other[0]])
-    weights = np.concatenate([one[2], other[2]])
-    if not len(a):
-        return None
-    way = weights @ (n_b[b] - n_a[a])
-    return Contact(rows[0][a], rows[1][b], weights, way / max(float(np.linalg.norm(way)), 1e-30))
-
-
-def _inside(
-    segments: Segments, mine: tuple[Array, Array, Index], theirs: tuple[Array, Array, Index], gap: float
-) -> tuple[Index, Index, Array]:
-    """Rows of `mine` and of `theirs` that are nearer than `gap`, and how much nearer [m]."""
-    x, n, vertices = mine
-    apart, near = cKDTree(theirs[0]).query(x, distance_upper_bound=REACH)
-    i = np.flatnonzero(np.isfinite(apart))
-    j, apart = near[i], apart[i]
-    height = dot(x[i] - theirs[0][j], theirs[1][j])
+    nearest = [_nearest(x[t], rows) for t, _, rows in near]
+    if not nearest:
+        return
+    # Of all frames and pairs together: who looks, `mine`, at whom, `theirs`.
+    mine, theirs = (np.concatenate([found[k] for found in nearest]) for k in (0, 1))
+    of_first = np.concatenate([found[2] for found in nearest])
+    number = np.repeat(np.arange(len(near)), [len(found[0]) for found in nearest])
+    rest = segments.rest[mine] - segments.rest[theirs]
+    first = np.array([t for t, _, _ in near])[number] * x.shape[1]
+    points = x.reshape(-1, 3)
+    way = points[first + mine].astype(np.float64) - points[first + theirs]
+    rest, apart = np.sqrt(dot(rest, rest)), np.sqrt(dot(way, way))
+    kept = (rest > APART) & (rest > STRETCH * apart)
+    mine, theirs, first, number, way, apart, of_first = (
+        values[kept] for values in (mine, theirs, first, number, way, apart, of_first)
+    )
+    n_mine, n_theirs = normals.at(points, mine, first), normals.at(points, theirs, first)
+    height = dot(way, n_theirs)
     distance = np.where((apart < TANGENT) | (height < -INWARD * apart), height, apart)
-    rest = np.linalg.norm(segments.rest[vertices[i]] - segments.rest[theirs[2][j]], axis=1)
-    facing = dot(n[i], theirs[1][j]) < FACING
-    kept = (distance < gap) & (rest > APART) & (rest > STRETCH * apart) & facing
-    return i[kept], j[kept], gap - distance[kept]
+    kept = (distance < gap) & (dot(n_mine, n_theirs) < FACING)
+    mine, theirs, number, of_first, weights = (v[kept] for v in (mine, theirs, number, of_first, gap - distance))
+    turned = (n_theirs - n_mine)[kept] * np.where(of_first, 1.0, -1.0)[:, None]
+    a, b = np.where(of_first, mine, theirs), np.where(of_first, theirs, mine)
+    bounds = np.searchsorted(number, np.arange(len(near) + 1))
+    for k in np.unique(number):
+        rows = slice(bounds[k], bounds[k + 1])
+        normal = weights[rows] @ turned[rows]
+        t, pair, _ = near[k]
+        yield t, pair, Contact(a[rows], b[rows], weights[rows], normal / max(float(np.linalg.norm(normal)), 1e-30))
+
+
+def _nearest(x: NDArray[np.float32], rows: tuple[Index, Index]) -> tuple[Index, Index, NDArray[np.bool_]]:
+    """Vertices of both `rows`, that of the other nearest to each, within `REACH`; and whether it is of the first."""
+    squared = squares(x[rows[0]], x[rows[1]])
+    b, a = squared.argmin(axis=1), squared.argmin(axis=0)
+    far = REACH**2
+    i = np.flatnonzero(squared[np.arange(len(b)), b] <= far)
+    j = np.flatnonzero(squared[a, np.arange(len(a))] <= far)
+    mine = np.concatenate([rows[0][i], rows[1][j]])
+    return mine, np.concatenate([rows[1][b[i]], rows[0][a[j]]]), np.arange(len(mine)) < len(i)
 
 
 def pierced(
@@ -120,7 +147,7 @@ def pierced(
     crossings: Crossings,
     pair: tuple[int, int],
     gap: float,
-) -> Contact | None:
+) -> Contact:
     """The contact of two segments where edges go through faces: the corners of both faces.
 
     Args:
@@ -128,17 +155,15 @@ def pierced(
         normals: Normals of the body.
         x: Vertices [m], shape [V, 3].
         crossings: What was found in this frame.
-        pair: The segments.
+        pair: The segments, of which there are some.
         gap: Distance wanted [m].
 
     Returns:
-        The contact; None if there is none.
+        The contact.
     """
     label = segments.face_label[crossings.faces]
     straight, swapped = (label == pair).all(axis=1), (label == pair[::-1]).all(axis=1)
     faces = np.concatenate([crossings.faces[straight], crossings.faces[swapped][:, ::-1]])
-    if not len(faces):
-        return None
     a, b = (segments.faces[faces[:, k]].reshape(-1).astype(np.int64) for k in (0, 1))
     way = (normals.at(x, b) - normals.at(x, a)).sum(axis=0)
     return Contact(a, b, np.full(len(a), gap), way / max(float(np.linalg.norm(way)), 1e-30))

@@ -102,8 +102,8 @@ def segment(model: BodyModel, betas: ArrayLike, left_out: Collection[int] = ()) 
     count, faces = len(vertices), model.faces
     label = _labels(model.weights)
     ends = np.sort(faces[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2), axis=1)
-    edges = np.unique(ends, axis=0)
-    i, j = np.concatenate([edges, edges[:, ::-1]]).T
+    low, high = np.divmod(np.unique(ends[:, 0].astype(np.int64) * count + ends[:, 1]), count)
+    i, j = np.concatenate([low, high]), np.concatenate([high, low])
     degree = np.bincount(i, minlength=count)
     return Segments(
         rest=vertices.astype(np.float64),

@@ -12,6 +12,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 
 import numpy as np
+import scipy.sparse as sp
 from numpy.typing import NDArray
 from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
@@ -23,7 +24,7 @@ from stages.body.collision.intersect import Crossings, Intersector
 from stages.body.collision.patches import Nearby
 from stages.body.collision.planes import glide, heights, middles
 from stages.body.collision.segments import NAMES, Segments, carrier
-from stages.body.collision.vectors import dot
+from stages.body.collision.vectors import dot, squares
 from store.schema import POSITION_QUANTUM
 
 Frames = NDArray[np.float32]
@@ -34,6 +35,9 @@ Track = tuple[cKDTree, NDArray[np.float64]]
 
 ROUNDS = 8
 """Most rounds of finding and parting."""
+
+AT_ONCE = 16
+"""Frames that are looked at together."""
 
 ABOUT = 0.02
 """Vertices nearer than this to a contact must be on their side of the plane too [m]."""
@@ -108,9 +112,9 @@ def part_segments(
     Returns:
         The parted body, what was done, and what could not be done.
     """
-    nearby, tester = Nearby(segments, APART / 2), Intersector(segments)
+    nearby = Nearby(segments.rest, segments.label, segments.pairs, APART / 2)
+    tester = Intersector(segments)
     normals = Normals(segments.faces, x.shape[1])
-    unit = np.zeros((x.shape[1], 3))
     out = Solution(x.copy())
     stale, moved = np.ones(len(x), bool), np.zeros(x.shape[1], bool)
     crossings: list[Crossings] = [Crossings(np.zeros((0, 2), np.int64), np.zeros((0, 3)))] * len(x)
@@ -120,29 +124,24 @@ def part_segments(
         if out.rounds:
             if limit and any(parting.moved.max() > limit[pair] for pair, parting in out.partings.items()):
                 break
-            for t in map(int, np.flatnonzero(stale)):
-                known = crossings[t] if out.rounds > 1 else None
-                crossings[t] = tester.crossings(as_stored(out.vertices[t]), known, moved)
+            looked = np.flatnonzero(stale)
+            for some in np.split(looked, range(AT_ONCE, len(looked), AT_ONCE)):
+                known = [crossings[t] for t in some] if out.rounds > 1 else None
+                for t, those in zip(some, tester.crossings(as_stored(out.vertices[some]), known, moved)):
+                    crossings[t] = those
             out.left = _count(segments, crossings)
             if not out.left or out.rounds == ROUNDS:
                 break
         found: dict[Pair, Contacts] = {}
-        for t in range(len(x)):
-            if out.rounds == 0:
-                near = nearby.find(x[t], gap)
-                if near:
-                    asked = np.unique(np.concatenate([row for rows in near.values() for row in rows]))
-                    unit[asked] = normals.at(x[t], asked)
-                for pair, rows in near.items():
-                    contact = touch(segments, unit, x[t], rows, gap)
-                    if contact is not None:
-                        found.setdefault(pair, {})[t] = contact
-            elif len(crossings[t]):
-                for pair, count in out.left.items():
-                    if count[t]:
-                        contact = pierced(segments, normals, out.vertices[t], crossings[t], pair, gap)
-                        assert contact is not None
-                        found.setdefault(pair, {})[t] = contact
+        if out.rounds == 0:
+            for start in range(0, len(x), AT_ONCE):
+                bodies = x[start : start + AT_ONCE]
+                for k, pair, contact in touch(segments, normals, bodies, nearby.find(bodies, gap), gap):
+                    found.setdefault(pair, {})[start + k] = contact
+        for pair, count in out.left.items():
+            for t in np.flatnonzero(count).tolist():
+                contact = pierced(segments, normals, out.vertices[t], crossings[t], pair, gap)
+                found.setdefault(pair, {})[t] = contact
         stale[:], moved[:] = False, False
         for pair in sorted(found):
             for contacts in _clusters(segments, found[pair]):
@@ -162,7 +161,8 @@ def part_segments(
 def _clusters(segments: Segments, contacts: Contacts) -> list[Contacts]:
     """The contacts of a pair, those of all frames together, apart by where on the second segment they lie."""
     where = np.unique(np.concatenate([c.b for c in contacts.values()]))
-    links = cKDTree(segments.rest[where]).sparse_distance_matrix(cKDTree(segments.rest[where]), LINK)
+    i, j = cKDTree(segments.rest[where]).query_pairs(LINK, output_type="ndarray").T
+    links = sp.coo_array((np.ones(len(i), bool), (i, j)), shape=(len(where),) * 2)
     number, cluster = connected_components(links, directed=False)
     out: list[Contacts] = [{} for _ in range(number)]
     for t, contact in contacts.items():
@@ -205,8 +205,9 @@ def _part(
     for t, contact in contacts.items():
         x = out.vertices[t]
         skin, mine = x[np.unique(np.concatenate([contact.a, contact.b]))], x[rows]
-        near = np.flatnonzero(((mine > skin.min(axis=0) - ABOUT) & (mine < skin.max(axis=0) + ABOUT)).all(axis=1))
-        near = near[np.isfinite(cKDTree(skin).query(mine[near], distance_upper_bound=ABOUT)[0])]
+        about = (mine > skin.min(axis=0) - ABOUT) & (mine < skin.max(axis=0) + ABOUT)
+        near = np.flatnonzero(about[:, 0] & about[:, 1] & about[:, 2])
+        near = near[squares(mine[near], skin).min(axis=1) < ABOUT**2]
         height = heights(mine[near].astype(np.float64), middles(contact, x), normals[t])
         need[t, near] = np.clip(gap / 2 - side[near] * height, 0.0, None)
     used = np.flatnonzero(need.any(axis=0))

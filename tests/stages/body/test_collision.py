@@ -55,7 +55,9 @@ def test_the_tester_finds_what_cgal_finds() -> None:
     pose = bend(j18=(0, -2.5, 0), j4=(2.3, 0, 0), j1=(-1.9, 0, 0), j15=(0.7, 0, 0))
     for x in model.pose(HEAVY, pose[[11, 15]], np.zeros((2, 3))):
         wanted = crossing_faces(segments, x)
-        assert set(map(tuple, np.sort(tester.crossings(x).faces, axis=1).tolist())) == wanted and len(wanted) > 20
+        assert (
+            set(map(tuple, np.sort(tester.crossings(x[None])[0].faces, axis=1).tolist())) == wanted and len(wanted) > 20
+        )
 
 
 @pytest.mark.parametrize(
@@ -148,11 +150,11 @@ def test_what_was_known_of_still_skin_is_kept() -> None:
     tester = Intersector(segment(model, HEAVY))
     pose = bend(j18=(0, -2.5, 0), j4=(2.3, 0, 0), j1=(-1.9, 0, 0))[15]
     x = model.pose(HEAVY, pose[None], np.zeros((1, 3)))[0]
-    known = tester.crossings(x)
+    known = tester.crossings(x[None])[0]
     moved = np.zeros(len(x), bool)
     moved[np.unique(tester.faces[known.faces[: len(known) // 2]])] = True
     shifted = x + 0.01 * moved[:, None].astype(np.float32)
-    wanted, found = tester.crossings(shifted), tester.crossings(shifted, known, moved)
+    wanted, found = tester.crossings(shifted[None])[0], tester.crossings(shifted[None], [known], moved)[0]
     assert set(map(tuple, found.faces.tolist())) == set(map(tuple, wanted.faces.tolist()))
     assert len(found) == len(wanted) > 20 and set(map(tuple, known.faces.tolist())) != set(map(tuple, wanted.faces))
 
