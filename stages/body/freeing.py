@@ -27,7 +27,7 @@ Betas = NDArray[np.float32]
 Tell = Callable[[str], object]
 
 PROBE = 10
-"""Frames before and after the worst one, on which another body is tried first."""
+"""Frames before and after the worst one of the body tried last, on which another is tried first."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -124,17 +124,18 @@ def free_body(
     if not first.faults:
         return _freed(first, None, betas)
     frame = first.faults[0].frame
-    about = slice(max(0, frame - PROBE), frame + PROBE + 1)
     # A foot is held where it is throughout a contact: how far it must be moved is not told by a few frames.
     feet = first.opening is not None and first.opening.foot_shift.max() > config.largest_shift
     worth = not feet and len(first.motion) > 2 * (2 * PROBE + 1)
     for shape, steps, left_out in _choices(model, betas, config, first.faults):
-        # What doesn't help where it is worst needn't be tried on the whole sequence.
+        # What doesn't help where the last one failed worst needn't be tried on the whole sequence.
+        about = slice(max(0, frame - PROBE), frame + PROBE + 1)
         if worth and attempt(shape, steps, left_out, about).faults:
             continue
         other = attempt(shape, steps, left_out)
         if not other.faults:
             return _freed(other, first, betas)
+        frame = other.faults[0].frame
     worst = first.faults[0]
     marked = np.isin(first.label, worst.segments)
     tried = f"{config.thinner_tries} thinner bodies and leaving out up to {config.leave_out}"
