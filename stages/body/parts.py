@@ -54,7 +54,7 @@ class Part:
         """Normals of the points `rows` [N], shape [N, 3], for skinning transforms [24, 3, 4] of one frame."""
         turning = transforms[self.joints, :, :3].astype(np.float32).reshape(-1, 9)
         turned = (self.weights[np.ix_(rows, self.joints)] @ turning).reshape(-1, 3, 3)
-        normals = np.matvec(turned, self.normals[rows])
+        normals = (turned @ self.normals[rows][:, :, None])[:, :, 0]
         return np.asarray(normals / np.sqrt(dot(normals, normals))[:, None])
 
 
