@@ -116,6 +116,16 @@ class Fabric:
         return {k: v for k, v in dataclasses.asdict(self).items() if k != "published" and v is not None}
 
 
+def sheet_stiffness(stretch: float, shear: float) -> float:
+    """Young's modulus [N/m] of the isotropic sheet that stands for a fabric of stiffness `stretch` and `shear` [N/m].
+
+    Woven cloth shears easily, while edge springs tie the shear modulus to 3/8 of Young's. The geometric mean of the
+    modulus that fits the threads and the one that fits shear keeps drape soft without letting it stretch; beyond
+    `stretch_limit` the stiffening takes over.
+    """
+    return float((stretch * shear * 8 / 3) ** 0.5)
+
+
 def load_fabrics(path: Path = FABRICS_FILE) -> dict[str, Fabric]:
     """Reads fabrics from a TOML file.
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass, fields
 from pathlib import Path
 from typing import Any
 
-from stages.fabrics import load_fabrics
+from stages.fabrics import load_fabrics, sheet_stiffness
 from stages.settings import suggestion
 from stages.spec import DataError
 
@@ -55,13 +55,8 @@ class Fabric:
 
     @property
     def sheet_stiffness(self) -> float:
-        """Young's modulus of the isotropic sheet that stands for this fabric [N/m].
-
-        Woven cloth shears easily, while edge springs tie the shear modulus to 3/8 of Young's. The geometric mean of
-        the modulus that fits the threads and the one that fits shear keeps drape soft without letting it stretch;
-        beyond `stretch_limit` the stiffening takes over.
-        """
-        return float((self.stretch_stiffness * self.shear_stiffness * 8 / 3) ** 0.5)
+        """Young's modulus of the isotropic sheet that stands for this fabric [N/m], see `stages.fabrics`."""
+        return sheet_stiffness(self.stretch_stiffness, self.shear_stiffness)
 
 
 def named_fabric(name: str) -> Fabric:

@@ -12,6 +12,7 @@ from stages.outfit.config import Config
 from stages.outfit.finishing import Garment, seam_loop
 from stages.outfit.making import make_outfit
 from stages.outfit.plan import OutfitPlan, draw_plan
+from stages.simulate.fabric import Fabric
 from tests.stages.outfit.measures import area, tube
 
 CONFIG = Config(edge_length=0.014, elastic_chance=1.0)
@@ -58,6 +59,9 @@ def test_elastics_tell_their_lengths() -> None:
     _, (suit,) = made("jumpsuit")
     for number, elastic in suit.attrs["elastics"].items():
         assert elastic["rest_length_m"] == pytest.approx(elastic["rest_ratio"] * elastic["length_m"])
+        modulus = Fabric.of(suit.attrs["fabric"], "jumpsuit").sheet_stiffness
+        assert elastic["tension_n"] == pytest.approx(modulus * elastic["width_m"] * (1 - elastic["rest_ratio"]))
+        assert 0.05 < elastic["tension_n"] < 20
         if elastic["kind"] != "waist":
             assert elastic["length_m"] == suit.attrs["borders"][elastic["kind"]]["length_m"]
         # A ring of triangles on one side of a border, on both sides of a seam.

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from small_scenes import garment, scene, stepper
+from small_scenes import QUASI_STATIC, garment, scene, settle, stepper
 
 from stages.fabrics import load_fabrics
 from stages.simulate.fabric import named_fabric
@@ -124,3 +124,21 @@ def test_elastics_do_not_stiffen() -> None:
     p = s.springs
     np.testing.assert_allclose(pull[elastic], (p.stiffness * 0.5 * p.length)[elastic], rtol=0.02)
     assert (p.stiffening[~elastic] == denim.stiffening).all()
+
+
+def test_an_elastic_pulls_as_its_shard_says() -> None:
+    # All of a strip is an elastic of 0.9 of its length, held at the cloth's: Y width (1 - 0.9), free to get narrower, and
+    # some more as its slanted springs turn.
+    length, width, ratio = 0.3, 0.1, 0.9
+    vertices, faces, _ = strip(length, width, 0.01, clamp=0)
+    ends = np.flatnonzero((vertices[:, 0] < 1e-9) | (vertices[:, 0] > length - 1e-9))
+    fabric = replace(named_fabric("cotton"), drag=2.0)
+    cloth = replace(garment(vertices, faces, fabric), rest_scale=np.full(len(unique_edges(faces)[0]), ratio))
+    s = stepper(scene(cloth, pins=ends), **QUASI_STATIC, gravity=0.0)
+    settle(s, 1e-3)
+    middle = 0.5 * length + 1e-4
+    d = s.x[s.springs.edges[:, 1]] - s.x[s.springs.edges[:, 0]]
+    across = (s.x[s.springs.edges, 0] < middle).sum(1) == 1
+    pull = s.springs.stiffness * (np.linalg.norm(d, axis=1) - s.springs.rest_length)
+    force = (pull * np.abs(d[:, 0]) / np.linalg.norm(d, axis=1))[across].sum()
+    assert force == pytest.approx(fabric.sheet_stiffness * width * (1 - ratio), rel=0.15)
