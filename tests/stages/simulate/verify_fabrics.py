@@ -127,8 +127,8 @@ def test_elastics_do_not_stiffen() -> None:
 
 
 def test_an_elastic_pulls_as_its_shard_says() -> None:
-    # All of a strip is an elastic of 0.9 of its length, held at the cloth's: Y width (1 - 0.9), free to get narrower, and
-    # some more as its slanted springs turn.
+    # All of a strip is an elastic of 0.9 of its length, held at the cloth's: Y width (1 - 0.9), free to get narrower;
+    # and some more as its slanted springs turn.
     length, width, ratio = 0.3, 0.1, 0.9
     vertices, faces, _ = strip(length, width, 0.01, clamp=0)
     ends = np.flatnonzero((vertices[:, 0] < 1e-9) | (vertices[:, 0] > length - 1e-9))
