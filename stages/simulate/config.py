@@ -120,6 +120,8 @@ class SimulateConfig:
     """Time in which limbs get up to the speed that they have in the sequence's first frame [s]."""
     settle_frames: int = field(default=12, metadata={"ge": 0, "le": 300})
     """Frames at rest between the two transitions."""
+    device: str = field(default="cpu", metadata={"choices": ("cpu", "gpu")})
+    """Where the kernels run; a GPU is one of CUDA, and pays for meshes far larger than a garment, if at all."""
     threads: int = field(default=0, metadata={"ge": 0, "le": 1024})
     """CPU threads; 0 takes what the process may use. Results don't depend on it."""
     error_bars: bool = False

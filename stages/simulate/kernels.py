@@ -82,8 +82,8 @@ class Launcher:
         context = source.make_launch_context()
         for k in self.arrays:
             a = arguments[k]
-            if not a.flags.c_contiguous:
-                return
+            if not isinstance(a, np.ndarray) or not a.flags.c_contiguous:
+                return  # what a GPU holds is launched as Taichi does
             context.set_arg_external_array_with_shape((k,), int(a.ctypes.data), a.nbytes, a.shape, 0)
         prog = impl.get_runtime().prog
         code = prog.compile_kernel(prog.config(), prog.get_device_caps(), source)

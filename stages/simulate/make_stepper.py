@@ -85,7 +85,7 @@ def careful(config: SimulateConfig, springs: Springs) -> SimulateConfig:
 def make_stepper(scene: Scene, config: SimulateConfig, plan: Plan | None = None) -> Stepper:
     """A stepper at the start of `scene`; `advance_frame` keeps to the `plan`, if there is one."""
     scene.check()
-    start_taichi(config.threads or None)
+    start_taichi(config.threads or None, config.device)
     springs = make_springs(scene)
     config = careful(config, springs)
     left_out = None if plan is None else plan.left_out

@@ -1,29 +1,36 @@
-"""Where Taichi starts: once a process, on the CPU."""
+"""Where Taichi starts: once a process, on the CPU or on a GPU."""
 
 import contextlib
 import os
 from pathlib import Path
 
 import taichi as ti
+from taichi.lang import impl
 
-_started: list[int] = []
+from stages.spec import DataError
+
+_started: list[tuple[int, str]] = []
 
 
-def start_taichi(threads: int | None = None) -> int:
+def start_taichi(threads: int | None = None, device: str | None = None) -> int:
     """Initialise Taichi unless this process has already done so.
 
     Args:
         threads: CPU threads; None reads TI_CPU_MAX_NUM_THREADS, else takes every core this process may use.
             The result of a simulation does not depend on it.
+        device: "cpu" or "gpu"; None is whichever runs, or the CPU.
 
     Returns:
         The number of threads in use.
+
+    Raises:
+        DataError: There is no GPU, or the process has started on the other device.
     """
     if not _started:
         before = _threads()
         wanted = threads or int(os.environ.get("TI_CPU_MAX_NUM_THREADS", "0")) or len(os.sched_getaffinity(0))
         ti.init(
-            arch=ti.cpu,
+            arch=ti.cuda if device == "gpu" else ti.cpu,
             cpu_max_num_threads=wanted,
             default_fp=ti.f64,
             offline_cache=True,
@@ -31,9 +38,16 @@ def start_taichi(threads: int | None = None) -> int:
             log_level=ti.ERROR,
             verbose=False,
         )
-        _spread(_threads() - before, wanted)
-        _started.append(wanted)
-    return _started[0]
+        found = "gpu" if impl.current_cfg().arch == ti.cuda else "cpu"
+        if found == "cpu":
+            _spread(_threads() - before, wanted)
+        _started.append((wanted, found))
+    running = _started[0][1]
+    if device not in (None, running):
+        none = device == "gpu" and not ti.lang.misc.is_arch_supported(ti.cuda)
+        cause = "there is no GPU of CUDA here" if none else f"this process runs on the {running}"
+        raise DataError(f'simulate.device is "{device}", but {cause}; set it to "{running}"')
+    return _started[0][0]
 
 
 def _threads() -> set[int]:

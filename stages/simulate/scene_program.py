@@ -29,6 +29,7 @@ def main(arguments: Sequence[str]) -> int:
     )
     parser.add_argument("--out", type=Path, required=True, help=".npz to write: x (frames + 1, N, 3) [m]")
     parser.add_argument("--accuracy", choices=tuple(LEVELS), default="standard", help="level of accuracy")
+    parser.add_argument("--device", choices=("cpu", "gpu"), default="cpu", help="where the kernels run")
     parser.add_argument("--dt", type=float, help="longest time step [s], instead of the level's")
     parser.add_argument(
         "--fabric", help="a fabric of stages/fabrics.toml, or a .toml file of that form with one fabric"
@@ -36,7 +37,7 @@ def main(arguments: Sequence[str]) -> int:
     given = parser.parse_args(arguments)
     try:
         fabric = named_fabric(given.fabric) if given.fabric else Fabric()
-        config = SimulateConfig(accuracy=given.accuracy, dt=given.dt)
+        config = SimulateConfig(accuracy=given.accuracy, dt=given.dt, device=given.device)
         return _solve(read_scene(given.scene), fabric, config, given.out)
     except DataError as error:
         print(error, file=sys.stderr)

@@ -157,7 +157,7 @@ def solve(
     """
     scene.check()
     clock = perf_counter()
-    start_taichi(config.threads or None)
+    start_taichi(config.threads or None, config.device)
     plan = make_plan(scene, config) if plan is None else plan
     planned = perf_counter() - clock
     clock = perf_counter()

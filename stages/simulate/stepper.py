@@ -18,6 +18,7 @@ from stages.simulate.pcg import Pcg, conjugate_gradients
 from stages.simulate.springs import Springs
 from stages.simulate.tidy import Tidy
 from stages.simulate.watch import Watch
+from stages.simulate.wide_pcg import WidePcg
 from stages.spec import DataError
 
 
@@ -108,6 +109,7 @@ class Stepper:
         self.fixed = np.ascontiguousarray(fixed, np.int32)
         self.goal = goal
         self.pcg = Pcg(n, real)
+        self.wide = WidePcg(self.pcg) if config.device == "gpu" else None
         self.levels = Multilevel(springs.edges, springs.stiffness, self.fixed, real)
         self.levels_age, self.levels_h = self.LEVELS_LAST, 0.0
         self.own = np.zeros((n, 6))
@@ -275,12 +277,15 @@ class Stepper:
         levels = (m.at, m.first, m.index, m.weight, m.inverse, m.coarsest)
         matrix = (p.diagonal, p.inverse, s.start, s.neighbour, s.spring, self.block)
         bending = (s.bend_start, s.bend_neighbour, self.bend, self.bend_scale)
-        limits = (BLOCKS, c.tolerance**2, c.linear_iterations, p.crew)
-        vectors = (m.coarse, p.dx, p.r, p.z, p.p, p.q, p.w, p.part, p.gate, p.done)
-        p.gate[:] = 0
-        clock = perf_counter()
-        conjugate_gradients(*[self.residual, *matrix, *bending, *pairs, *levels, *limits, *vectors])
-        p.clock(perf_counter() - clock)
+        if self.wide is not None:
+            self.wide.solve(self.residual, (*matrix, *bending, *pairs), levels, c.tolerance, c.linear_iterations)
+        else:
+            limits = (BLOCKS, c.tolerance**2, c.linear_iterations, p.crew)
+            vectors = (m.coarse, p.dx, p.r, p.z, p.p, p.q, p.w, p.part, p.gate, p.done)
+            p.gate[:] = 0
+            clock = perf_counter()
+            conjugate_gradients(*[self.residual, *matrix, *bending, *pairs, *levels, *limits, *vectors])
+            p.clock(perf_counter() - clock)
         self.report.linear += int(p.done[0])
 
     def _finish(self, x: np.ndarray, spare: np.ndarray, dt: float, h: float) -> None:
