@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from model.body import BodyModel
 from model.body.free_twin import free_twin
 from model.mesh.geometry import edge_lengths
-from model.mesh.intersection import intersecting_faces, self_intersecting_faces
+from model.mesh.intersection import intersecting_faces, may_cross, self_intersecting_faces
 from model.mesh.topology import edge_list
 from stages.fabrics import Fabric
 from stages.outfit.blank import Blank, make_blank
@@ -105,9 +105,8 @@ def _fit(points: Array, blank: Blank, skin: Obstacle, below: list[Garment], conf
         hit += [_met(fitted, faces, gauge, garment) for gauge, garment in zip(gauges[1:], below)]
         met = np.unique(np.concatenate(hit))
         if left >= -TOLERANCE and len(met) == 0:
-            if blank.own is not None:
-                _refuse_crossings(fitted, faces, name)
-            else:
+            _refuse_crossings(fitted, faces, name)
+            if blank.own is None:
                 _refuse_edges(fitted, faces, name, config.edge_length)
             return fitted
         extra[met] += STEP
@@ -145,14 +144,15 @@ def _refuse_edges(points: Array, faces: Faces, name: str, wanted: float) -> None
 
 
 def _refuse_crossings(points: Array, faces: Faces, name: str) -> None:
-    """An own garment may have folds that resizing drives into each other.
+    """Resizing may drive folds of a garment into each other, where the body has folds or an own garment layers.
 
     Raises:
         DataError: It meets itself.
     """
-    crossing = self_intersecting_faces(points, faces)
+    suspects = np.unique(may_cross(points, faces))
+    crossing = self_intersecting_faces(points, faces[suspects]) if len(suspects) else suspects
     if len(crossing):
         raise DataError(
-            f"{name}: passes through itself at {len(crossing)} pairs of triangles on this body; give it more room "
-            "between its layers, or raise outfit.smoothing_width"
+            f"{name}: passes through itself at {len(crossing)} pairs of triangles on this body; draw another shape, "
+            "give an own garment more room between its layers, or raise outfit.smoothing_width"
         )

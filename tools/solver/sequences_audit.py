@@ -13,10 +13,9 @@ import igl
 import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import maximum_filter1d, uniform_filter1d
-from scipy.spatial import cKDTree
 
 from model.mesh.barycentric import carry
-from model.mesh.intersection import self_intersecting_faces
+from model.mesh.intersection import may_cross, self_intersecting_faces
 from stages.report.quality import depth_inside, stretches
 
 Array = NDArray[np.float64]
@@ -143,43 +142,10 @@ def crossings(x: Array, faces: Faces) -> Faces:
     The same as `self_intersecting_faces`, which judges, but only of faces that may cross any other: a sequence has
     thousands of frames.
     """
-    suspects = np.unique(_may_cross(x, faces))
+    suspects = np.unique(may_cross(x, faces))
     if not len(suspects):
         return np.zeros((0, 2), np.int64)
     return np.asarray(suspects[self_intersecting_faces(x, faces[suspects])], np.int64)
-
-
-def _may_cross(x: Array, faces: Faces) -> Faces:
-    """Pairs of faces without a common vertex, with boxes that overlap, neither all on one side of the other."""
-    corners = x[faces]
-    centre = corners.mean(axis=1)
-    radius = float(np.linalg.norm(corners - centre[:, None], axis=2).max())
-    i, j = cKDTree(centre).query_pairs(2 * radius, output_type="ndarray").astype(np.int32).T
-    low, high = corners.min(axis=1), corners.max(axis=1)
-    for axis in range(3):
-        # Axis by axis: each halves what is left, and such lists fit the cache. Exact: these are copies.
-        lower, upper = np.ascontiguousarray(low[:, axis]), np.ascontiguousarray(high[:, axis])
-        near = (lower[i] <= upper[j]) & (lower[j] <= upper[i])
-        i, j = i[near], j[near]
-    apart = np.ones(len(i), bool)
-    columns = np.ascontiguousarray(faces.T.astype(np.int32))
-    for a in columns:
-        first = a[i]
-        for b in columns:
-            apart &= first != b[j]
-    i, j = i[apart], j[apart]
-    both = _straddles(corners, i, j) & _straddles(corners, j, i)
-    return np.stack([i[both], j[both]], axis=1).astype(np.int64)
-
-
-def _straddles(corners: Array, i: NDArray[np.int32], j: NDArray[np.int32]) -> NDArray[np.bool_]:
-    """Whether face j has corners on both sides of the plane of face i, or nearly."""
-    p, q = corners[i], corners[j]
-    normal = np.cross(p[:, 1] - p[:, 0], p[:, 2] - p[:, 0])
-    side = np.einsum("nkc,nc->nk", q - p[:, :1], normal)
-    slack = 1e-9 * np.abs(normal).sum(axis=1)
-    both: NDArray[np.bool_] = (side.min(axis=1) <= slack) & (side.max(axis=1) >= -slack)
-    return both
 
 
 def lasting(crossed: list[NDArray[np.int64]], count: int) -> tuple[int, int]:
