@@ -30,9 +30,9 @@ PARAMETERS = {
 }
 """Parameters that shape and cut each template."""
 
-OPEN_NECK = 0.25
-"""Width of the neckline of an open front, as a share of others', and it is no boat neck: nothing else keeps it on the
-shoulders."""
+OPEN_NECK = 0.1
+"""Depth and width of the neckline of an open front, as a share of others', and it is no boat neck: nothing else keeps it
+on the shoulders."""
 
 CUTS = {
     "round_neck": ("neck_depth", "neck_width"),
@@ -144,7 +144,7 @@ def _template_garment(name: str, config: Config, u: Mapping[str, float]) -> Garm
         cuts = _cuts(name, config, u)
         if name == "tshirt" and u["open_front"] < config.open_front_chance:
             cuts = (*("round_neck" if cut == "boat_neck" else cut for cut in cuts), "front_opening")
-            values["neck_width"] *= OPEN_NECK
+            values |= {name: OPEN_NECK * values[name] for name in ("neck_depth", "neck_width")}
         pieces = (_piece(name, cuts, values),)
         ends = _ends(pieces)
     ratios = {end: _between(config.elastic_ratio, u[f"{end}_ratio"]) for end in ends}
