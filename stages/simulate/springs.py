@@ -220,14 +220,15 @@ class Springs:
         key, edge_key = rows[:, 0] * np.int64(n) + rows[:, 1], edges[:, 0] * np.int64(n) + edges[:, 1]
         place = np.minimum(np.searchsorted(edge_key, key), len(edges) - 1)
         on_edge = edge_key[place] == key
-        self.edge_bend = np.bincount(place[on_edge], q[on_edge], minlength=len(edges))
+        # Without any pair NumPy would count in integers.
+        self.edge_bend = np.bincount(place[on_edge], q[on_edge], minlength=len(edges)).astype(np.float64)
         rows, q = rows[~on_edge], q[~on_edge]
         self.bend_start, self.bend_neighbour, index = gather_lists(rows, n)
         self.bend = np.ascontiguousarray(q[index]) if len(index) else np.zeros(1)
         if not len(index):
             self.bend_neighbour = np.zeros(1, np.int32)
         owner = np.repeat(np.arange(n), np.diff(self.bend_start))
-        self.bend_sum = np.bincount(owner, self.bend[: len(owner)], minlength=n)
+        self.bend_sum = np.bincount(owner, self.bend[: len(owner)], minlength=n).astype(np.float64)
         self._bending = [(held, held.copy()) for held in (self.edge_bend, self.bend, self.bend_sum)]
 
     def stiffen(self, factor: float) -> None:
