@@ -54,6 +54,23 @@ def test_a_record_shows_it_apart_before_it_has_come_out() -> None:
     assert after < before and (still[fixed == 1] == s.x[fixed == 1]).all()
 
 
+def test_what_is_moved_apart_stays_out_of_the_skin() -> None:
+    # The lower sheet lies a little above a plate's floor, and a corner of the upper is pushed 1.2 mm through it.
+    vertices, faces = _poked()
+    rest, half = vertices.copy(), len(vertices) // 2
+    rest[half:, 2] = 0.1
+    start = vertices * [1.0, 1.0, 0.15] + [0.0, 0.0, 0.0024]
+    plate = np.array([[-1.0, -1, 0], [1, -1, 0], [1, 1, 0], [-1, 1, 0]]), np.array([[0, 1, 2], [0, 2, 3]], np.int32)
+    s = stepper(scene(garment(rest, faces), start=start, body=plate), gravity=0.0)
+    s.step(1e-6)
+    s.contact.tuck(s.x.copy(), 1.0)
+    x, before, floor = s.x.copy(), s.x[:, 2].copy(), 0.0022
+    assert s.tidy is not None
+    crossed, left = s.tidy(x, s.fixed, floor)
+    assert left < crossed and (x != s.x).any()
+    assert (x[:, 2] >= np.minimum(before, floor) - 1e-9).all()
+
+
 def _elastic_energy(s: Stepper) -> float:
     """What stretched edges hold [J], stiffening left out."""
     ends = s.x[s.springs.edges]
