@@ -9,9 +9,8 @@ from stages.simulate.patch_kernels import out_of_box
 SKIN_YIELD = 3000.0
 """Most friction that skin bears over its area [Pa]: what pulls harder slides.
 
-An assumption, not a measurement: more than friction holds of a garment of a kilogram that hangs on 20 square centimetres
-of shoulder, at a coefficient of 0.6, and a hundredth of what a hem pulls with that is narrower than a stride. Such a hem
-rides up.
+An assumption, not a measurement: as much as friction holds of a garment of a kilogram that hangs on 20 square
+centimetres of shoulder, at a coefficient of 0.6. A hem that is narrower than a stride pulls harder, and rides up.
 """
 
 

@@ -8,7 +8,7 @@ from model.mesh.geometry import area_vectors
 from stages.outfit.clearance import clear
 from stages.outfit.coordinates import Axes
 from stages.outfit.cutting import cut
-from stages.outfit.obstacle import Obstacle
+from stages.outfit.obstacle import Gauge, Obstacle
 from stages.outfit.resampling import sweep_order
 from stages.outfit.surface import Surface
 from stages.outfit.template import Template
@@ -42,7 +42,7 @@ def build_template(model: BodyModel, wearer: Wearer, garment: str, design: Desig
     for opening in design.openings:
         surface = cut(surface, opening(surface.vertices), edge)
     body = Obstacle(wearer.vertices, model.faces.astype(np.int64), MARGIN)
-    cleared, _ = clear(surface.vertices, surface.faces, [body])
+    cleared, _ = clear(surface.vertices, surface.faces, [Gauge(body, surface.vertices)])
     order = sweep_order(cleared)
     rank = np.empty(len(order), dtype=np.int64)
     rank[order] = np.arange(len(order))
