@@ -6,6 +6,7 @@ Everything comes from the body's own surface (CC0, see `model/body/assets/PROVEN
 """
 
 import argparse
+import importlib.util
 import sys
 import time
 from pathlib import Path
@@ -34,6 +35,8 @@ def main(arguments: list[str] | None = None) -> int:
     parser.add_argument("--garment", choices=GARMENT_TYPES, nargs="*", default=GARMENT_TYPES)
     parser.add_argument("--out", type=Path, default=ASSET_FOLDER, help="folder for <gender>_<garment>_<edge>mm.npz")
     options = parser.parse_args(arguments)
+    if importlib.util.find_spec("gpytoolbox") is None:
+        parser.error("gpytoolbox isn't installed, with which triangles are made even: pip install -e '.[assets]'")
     options.out.mkdir(parents=True, exist_ok=True)
     for gender in options.gender:
         model = load_free_body(gender)

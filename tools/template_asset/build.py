@@ -1,6 +1,5 @@
 """From a design to a template: level set, even triangles, openings, and a margin to the skin."""
 
-import gpytoolbox
 import numpy as np
 
 from model.body import BodyModel
@@ -35,6 +34,8 @@ def build_template(model: BodyModel, wearer: Wearer, garment: str, design: Desig
     Returns:
         The template.
     """
+    import gpytoolbox  # what nothing else needs, so that it need not be installed
+
     vertices, faces = design.volume.surface()
     vertices, faces = gpytoolbox.remesh_botsch(vertices, faces.astype(np.int32), PASSES, edge, True)
     faces = faces.astype(np.int64)
