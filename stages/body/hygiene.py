@@ -63,7 +63,7 @@ def open_limbs(
     figure: Figure,
     parts: Parts,
     motion: Motion,
-    gaps: tuple[float, float] = (0.010, 0.008),
+    gaps: tuple[float, float],
     tell: Callable[[str], object] = lambda label: None,
     most: tuple[float, float] = (np.inf, np.inf),
 ) -> tuple[Motion, Opening]:
@@ -73,8 +73,7 @@ def open_limbs(
         figure: The person.
         parts: The person's parts.
         motion: The motion.
-        gaps: Free space wanted between an arm and the trunk, and between the legs [m]: two layers of cloth, each 2 mm
-            from the skin and from the other.
+        gaps: Free space wanted between an arm and the trunk, and between the legs [m].
         tell: Told after every round what is being done.
         most: An arm that was turned farther [rad], or a foot that was moved farther [m], is opened no more; after such
             a foot, arms aren't looked at.

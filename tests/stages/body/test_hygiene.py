@@ -15,6 +15,8 @@ from stages.body.parts import ARM_START, ARMS, LEG_START, LEGS, TRUNK, divide
 from stages.body.sequence import cut
 
 Person = tuple[BodyModel, np.ndarray, Figure]
+GAPS = 0.010, 0.008
+"""Free space at arms and between legs [m]."""
 
 
 def exact_distance(model: BodyModel, frame: np.ndarray, moving: np.ndarray, still: np.ndarray) -> float:
@@ -45,7 +47,7 @@ def regions(model: BodyModel, betas: np.ndarray) -> tuple[np.ndarray, list[np.nd
 def test_arms_of_a_fat_walker_are_freed(someone: Person) -> None:
     model, betas, figure = someone
     motion = cut(perform(figure, "walk"), 0, 34, "walk", whole=True)
-    freed, opening = open_limbs(figure, divide(model, betas), motion)
+    freed, opening = open_limbs(figure, divide(model, betas), motion, GAPS)
     trunk, arms, legs = regions(model, betas)
     posed = model.pose(betas, freed.pose[::8], freed.trans[::8])
     for frame in posed:
@@ -66,7 +68,7 @@ def test_crossed_arms_and_legs_are_freed(woman: Person) -> None:
     pose[:, 16, 2], pose[:, 17, 2] = -1.50, 1.50
     pose[:, 1, 2], pose[:, 2, 2] = -0.10, 0.10
     motion = Motion(pose=pose, trans=np.zeros((20, 3)), planted=np.ones((20, 2), dtype=bool))
-    freed, opening = open_limbs(figure, divide(model, betas), motion)
+    freed, opening = open_limbs(figure, divide(model, betas), motion, GAPS)
     assert opening.arm_distance_before.max() < 0 and opening.leg_distance_before.max() < 0.004
     assert opening.arm_distance.min() > 0.0095 and opening.leg_distance.min() > 0.006
     trunk, arms, legs = regions(model, betas)
@@ -83,7 +85,7 @@ def test_free_limbs_are_left_alone(woman: Person) -> None:
     model, betas, figure = woman
     pose = np.repeat(REST_POSE[None], 5, axis=0)
     motion = Motion(pose=pose, trans=np.zeros((5, 3)), planted=np.ones((5, 2), dtype=bool))
-    freed, opening = open_limbs(figure, divide(model, betas), motion)
+    freed, opening = open_limbs(figure, divide(model, betas), motion, GAPS)
     np.testing.assert_array_equal(freed.pose, motion.pose)
     assert opening.arm_turn.max() == 0 and opening.foot_shift.max() == 0
 
@@ -91,7 +93,7 @@ def test_free_limbs_are_left_alone(woman: Person) -> None:
 def test_what_takes_too_much_is_a_fault(woman: Person) -> None:
     model, betas, figure = woman
     motion = cut(perform(figure, "walk"), 0, 5, "walk", whole=True)
-    _, opening = open_limbs(figure, divide(model, betas), motion)
+    _, opening = open_limbs(figure, divide(model, betas), motion, GAPS)
     assert opening_faults(opening, 0.8, 0.15) == []
     faults = opening_faults(opening, -1.0, 0.15)
     assert [fault.segments for fault in faults] == [ARM_SEGMENTS[0], ARM_SEGMENTS[1]]
@@ -105,8 +107,8 @@ def test_an_arm_that_is_left_out_is_in_nobodys_way(woman: Person) -> None:
     pose[:, 16, 2], pose[:, 17, 2] = -1.50, 1.50
     motion = Motion(pose=pose, trans=np.zeros((5, 3)), planted=np.ones((5, 2), dtype=bool))
     hands, arms = {20, 21, 22, 23}, {16, 17, 18, 19, 20, 21, 22, 23}
-    assert open_limbs(figure, divide(model, betas, hands), motion)[1].arm_turn.min() > 0
-    assert open_limbs(figure, divide(model, betas, arms), motion)[1].arm_turn.max() == 0
+    assert open_limbs(figure, divide(model, betas, hands), motion, GAPS)[1].arm_turn.min() > 0
+    assert open_limbs(figure, divide(model, betas, arms), motion, GAPS)[1].arm_turn.max() == 0
 
 
 def test_a_wide_stance_parts_the_thighs(someone: Person) -> None:
