@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from model.body import BodyModel
 from model.body.free_twin import free_twin
 from model.mesh.geometry import edge_lengths
-from model.mesh.intersection import intersecting_faces, may_cross, self_intersecting_faces
+from model.mesh.intersection import intersecting_faces, self_crossings
 from model.mesh.topology import edge_list
 from stages.fabrics import Fabric
 from stages.outfit.blank import Blank, make_blank
@@ -149,8 +149,7 @@ def _refuse_crossings(points: Array, faces: Faces, name: str) -> None:
     Raises:
         DataError: It meets itself.
     """
-    suspects = np.unique(may_cross(points, faces))
-    crossing = self_intersecting_faces(points, faces[suspects]) if len(suspects) else suspects
+    crossing = self_crossings(points, faces)
     if len(crossing):
         raise DataError(
             f"{name}: passes through itself at {len(crossing)} pairs of triangles on this body; draw another shape, "

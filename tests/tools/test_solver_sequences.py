@@ -12,14 +12,13 @@ import pytest
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[2]))
 
-from model.mesh.intersection import self_intersecting_faces
 from pipeline.catalog import load_catalog
 from pipeline.dataset import OUTFITS
 from pipeline.recipe import load_recipe
 from stages.receipt import PUBLISHED, REJECTED, Receipt
 from tools.solver import meshes, sequences, tables
 from tools.solver.child import Ended
-from tools.solver.sequences_audit import Body, Cloth, audit, crossings, faults, lasting
+from tools.solver.sequences_audit import Body, Cloth, audit, faults, lasting
 from tools.solver.sequences_cast import cast, clips, shapes
 from tools.solver.sequences_scene import labels
 
@@ -156,16 +155,6 @@ def test_depth_is_exact_and_short_crossings_pass(dressed):
     assert 0.5 <= figures["depth_mm"] <= 1.4
     figures, fault = judged(dressed, lambda x: cross(x, 5))
     assert figures["crossed_frames"] == 5 and figures["crossing_lasts"] == 5 and "crossing" not in fault
-
-
-def test_crossings_are_those_of_the_judge():
-    rng = np.random.default_rng(5)
-    vertices, faces = meshes.sheet(16, 0.01)
-    for scale in (0.002, 0.01, 0.03):
-        x = vertices + scale * rng.standard_normal(vertices.shape)
-        found = {tuple(sorted(pair)) for pair in crossings(x, faces.astype(np.int64))}
-        assert found == {tuple(sorted(pair)) for pair in self_intersecting_faces(x, faces)}
-    assert len(found) > 10
 
 
 def test_a_place_lasts_while_its_vertex_is_crossed():

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from scipy.ndimage import maximum_filter1d, uniform_filter1d
 
 from model.mesh.barycentric import carry
-from model.mesh.intersection import may_cross, self_intersecting_faces
+from model.mesh.intersection import self_crossings
 from stages.report.quality import depth_inside, stretches
 
 Array = NDArray[np.float64]
@@ -87,7 +87,7 @@ def audit(garments: Mapping[str, Cloth], body: Body, fps: float) -> dict[str, An
     faces = np.concatenate([g.faces + o for g, o in zip(garments.values(), offset)])
 
     def look(k: int) -> tuple[float, Faces]:
-        return float(depth_inside(x[k], body.x[k], body.faces).max(initial=0.0)), crossings(x[k], faces)
+        return float(depth_inside(x[k], body.x[k], body.faces).max(initial=0.0)), self_crossings(x[k], faces)
 
     with ThreadPoolExecutor(len(os.sched_getaffinity(0))) as pool:
         depth, crossed = zip(*pool.map(look, range(len(x))))
@@ -134,18 +134,6 @@ def faults(figures: Mapping[str, Any]) -> list[str]:
     if figures["wildness"] > EXPLODED:
         found.append(f"exploded: {figures['wildness']:.1f} times the skin's speed")
     return found
-
-
-def crossings(x: Array, faces: Faces) -> Faces:
-    """Pairs of faces without a common vertex that pass through each other, shape [n, 2].
-
-    The same as `self_intersecting_faces`, which judges, but only of faces that may cross any other: a sequence has
-    thousands of frames.
-    """
-    suspects = np.unique(may_cross(x, faces))
-    if not len(suspects):
-        return np.zeros((0, 2), np.int64)
-    return np.asarray(suspects[self_intersecting_faces(x, faces[suspects])], np.int64)
 
 
 def lasting(crossed: list[NDArray[np.int64]], count: int) -> tuple[int, int]:

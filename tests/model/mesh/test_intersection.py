@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from model.mesh.intersection import intersecting_faces, self_intersecting_faces
+from model.mesh.intersection import intersecting_faces, self_crossings, self_intersecting_faces
 
 TRIANGLE = np.array([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]])
 ONE = np.array([[0, 1, 2]])
@@ -37,6 +37,23 @@ def test_a_folded_strip_meets_itself_and_a_flat_one_does_not() -> None:
     assert len(self_intersecting_faces(points, faces)) == 0
     points[-2:] = [[0.32, 0.03, -0.2], [0.32, 0.05, 0.2]]
     assert len(self_intersecting_faces(points, faces)) > 0
+
+
+def test_the_faster_search_finds_the_same_pairs() -> None:
+    """On sheets from flat to crumpled."""
+    rng = np.random.default_rng(5)
+    count = 16
+    i, j = (k.ravel() for k in np.mgrid[:count, :count])
+    corner = np.flatnonzero((i < count - 1) & (j < count - 1))
+    faces = (corner[:, None, None] + np.array([[0, count, count + 1], [0, count + 1, 1]])).reshape(-1, 3)
+    found = []
+    for scale in (0.0, 0.002, 0.01, 0.03):
+        points = 0.01 * np.stack([i, j, 0 * i], axis=1) + scale * rng.standard_normal((count**2, 3))
+        pairs = self_crossings(points, faces)
+        assert pairs.shape == (len(pairs), 2) and (pairs[:, 0] < pairs[:, 1]).all()
+        assert sorted(pairs.tolist()) == sorted(self_intersecting_faces(points, faces).tolist())
+        found.append(len(pairs))
+    assert found[0] == 0 and found[-1] > 100
 
 
 def _meet(p: np.ndarray, q: np.ndarray) -> bool:
