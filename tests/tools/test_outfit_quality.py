@@ -92,6 +92,8 @@ def test_each_fault_is_found() -> None:
     turned[5] = turned[5, ::-1]
     assert "not oriented" in faults(POINTS, turned)
     assert "not manifold" in faults(POINTS, np.vstack([FACES, [[FACES[3, 0], FACES[3, 1], 300]]]))
+    pinched = np.where(FACES == 20, 0, FACES)
+    assert "not manifold" in faults(POINTS, pinched), "two vertices of its rim, far apart, are one"
     two = np.vstack([POINTS, POINTS + np.array([1, 0, 0])]), np.vstack([FACES, FACES + len(POINTS)])
     assert "more than one component" in faults(*two)
     folded = POINTS.copy()

@@ -78,11 +78,11 @@ def text(report: dict[str, Any]) -> str:
     ]
     for t in trials:
         before, after = (sum(t.get(f"crossings_{word}", {}).values()) for word in ("before", "after"))
-        counts = f"{before}, {after}" if t["case"] != "rejected" else "-"
+        met = f"{before}, {after}" if t["case"] != "rejected" else "-"
         why = "; ".join(t.get("why", [])[:1])
         what = {"thinner": f" by {t.get('thinner')}", "special": " without " + ", ".join(t.get("left_out", []))}
         lines.append(
-            f"| {t['name']} | {t['gender']}, {t['shape']} | {t['case']}{what.get(t['case'], '')} | {counts} "
+            f"| {t['name']} | {t['gender']}, {t['shape']} | {t['case']}{what.get(t['case'], '')} | {met} "
             f"| {t['ms_per_frame']:.1f} | {why} |"
         )
     return "\n".join(lines) + "\n"

@@ -54,7 +54,7 @@ class Clock:
 def trial(member: Member, frames: int, every: int, album: Album) -> dict[str, Any]:
     """Frees one sequence of up to `frames` frames; one in `every` is tested by the independent library."""
     model, betas, clock = load_free_body(member.gender), np.array(member.betas, np.float32), Clock()
-    told = {"motion": "", "action": "", "frames": 0}
+    told: dict[str, Any] = {"motion": "", "action": "", "frames": 0}
 
     def move(figure: Figure) -> Motion:
         clock.start("")
@@ -108,9 +108,8 @@ def _measured(model: BodyModel, freed: Freed, every: int, album: Album) -> dict[
     if freed.moved:
         out["pair_depth_mm"] = _largest(freed, "depth")
         out["pair_moved_mm"] = _largest(freed, "moved")
-        out["pair_frames"] = dict(
-            zip(freed.record["pairs"], map(int, np.count_nonzero(freed.moved["moved"] > MOVED, axis=0)))
-        )
+        often = np.count_nonzero(freed.moved["moved"].astype(np.float32) > MOVED, axis=0)
+        out["pair_frames"] = dict(zip(freed.record["pairs"], map(int, often)))
     return out | jerks(segments, before, freed.vertices)
 
 

@@ -43,7 +43,8 @@ def drawn_sheet(count: int, edge: float) -> Picture:
         if len(pictures) == count:
             break
         name, gender = f"static_{index:05d}", GENDERS[index // len(KINDS) % len(GENDERS)]
-        betas = draw_betas(body.shape_range, body.betas, np.random.default_rng(seed_of(SEED, "body", name)))
+        drawn = draw_betas(body.shape_range, body.betas, np.random.default_rng(seed_of(SEED, "body", name)))
+        betas = drawn.astype(np.float64)  # as the stage reads them
         plan = draw_plan(KINDS[index % len(KINDS)], config, np.random.default_rng(seed_of(SEED, "outfit", name)))
         try:
             made = make_outfit(plan, load_free_body(gender), betas, config, fabrics, lambda label: None)

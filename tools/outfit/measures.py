@@ -32,7 +32,7 @@ class Measures:
     manifold: bool
     """No edge with more than two faces, one fan of faces at each vertex."""
     oriented: bool
-    """Neighbouring faces alike, and outwards: most face away from the garment's middle axis."""
+    """Neighbouring faces alike, and outwards; which side is outwards is asked of a manifold garment only."""
     components: int
     self_crossings: int
     """Pairs of faces that meet and should not, by CGAL."""
@@ -92,11 +92,12 @@ def measure(vertices: Array, faces: Faces, edge: float, body: Array, body_faces:
     links = coo_matrix((np.ones(len(undirected)), undirected.T), shape=(len(points), len(points)))
     angles = np.degrees(igl.internal_angles(points, f)).min(axis=1)
     probes = points[np.linspace(0, len(points) - 1, PROBES).astype(int)]
+    manifold = bool(counts.max() <= 2) and bool(np.all(igl.is_vertex_manifold(f)))
     return Measures(
         vertices=len(points),
         faces=len(f),
-        manifold=bool(counts.max() <= 2) and bool(np.all(igl.is_vertex_manifold(f))),
-        oriented=len(directed) == 3 * len(f) and _outwards(points, f),
+        manifold=manifold,
+        oriented=len(directed) == 3 * len(f) and (not manifold or _outwards(points, f)),
         components=int(connected_components(links, directed=False)[0]),
         self_crossings=len(cgal.remesh_self_intersections(points, f, True)[2]),
         body_crossings=crossings(points, f, body, body_faces),
@@ -121,11 +122,10 @@ def crossings(points: Array, faces: Faces, others: Array, other_faces: Faces) ->
 
 
 def _outwards(points: Array, faces: Faces) -> bool:
-    """Whether a garment looks outwards: closing each border with a fan, its volume is positive."""
+    """Whether a manifold garment looks outwards: closing each border with a fan, its volume is positive."""
     half = faces[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2)
     known = {(a, b) for a, b in half.tolist()}
-    border = np.array([(b, a) for a, b in known if (b, a) not in known], dtype=np.int64).reshape(-1, 2)
-    following = dict(border.tolist())
+    following = {b: a for a, b in known if (b, a) not in known}
     corners = [points[faces]]
     while following:
         start, after = next(iter(following.items()))

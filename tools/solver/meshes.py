@@ -11,8 +11,7 @@ Mesh = tuple[np.ndarray, np.ndarray]
 
 def grid(x: np.ndarray, y: np.ndarray) -> Mesh:
     """A flat sheet with vertices at every x (I,) and y (J,) [m], centred on the origin, faces up."""
-    i, j = np.meshgrid(np.arange(len(x) - 1), np.arange(len(y) - 1), indexing="ij")
-    i, j = i.ravel(), j.ravel()
+    i, j = (k.ravel() for k in np.meshgrid(np.arange(len(x) - 1), np.arange(len(y) - 1), indexing="ij"))
     a, b, c, d = (p * len(y) + q for p, q in ((i, j), (i + 1, j), (i + 1, j + 1), (i, j + 1)))
     even = ((i + j) % 2 == 0)[:, None]
     first = np.where(even, np.stack([a, b, c], 1), np.stack([a, b, d], 1))

@@ -112,8 +112,8 @@ class Bench:
 
     def score(self, name: str, solver: str) -> dict[str, Any]:
         """The neutral scorer's figures."""
-        command = [sys.executable, self.blender.folder / "measure.py", self.scene(name), self.out(name, solver)]
-        scored = run(command, LIMIT)
+        judge = self.blender.folder / "measure.py"
+        scored = run([sys.executable, judge, self.scene(name), self.out(name, solver)], LIMIT)
         return {"fault": f"score: {scored.fault}"} if scored.fault else scored.line
 
 

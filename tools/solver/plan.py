@@ -146,8 +146,8 @@ def compare(scene: Scene, config: SimulateConfig, rounds: int, name: str) -> dic
     found: dict[str, Measured] = {}
     for number in range(rounds):
         # There and back, so that none is always the first.
-        for label, (one, settings, decide) in list(ways.items())[:: 1 if number % 2 == 0 else -1]:
-            taken = measure(one, settings, decide, label != EVERYTHING and label not in FORCES)
+        for label, (variant, settings, decide) in list(ways.items())[:: 1 if number % 2 == 0 else -1]:
+            taken = measure(variant, settings, decide, label != EVERYTHING and label not in FORCES)
             found.setdefault(label, taken).seconds.append(taken.row["wall_s"])
             print(f"{name}, round {number + 1}, {label}: {taken.row['wall_s']:.2f} s", flush=True)
     # How far everything is from its own limit tells what a difference means. Fast motion has steps by what it travels.
