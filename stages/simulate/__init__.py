@@ -11,6 +11,6 @@ SPEC = StageSpec(
     needs=("body", "outfit"),
     kinds=("sequence",),
     config=SimulateConfig,
-    code_version=3,
+    code_version=4,
     schema="simulate",
 )

@@ -40,11 +40,14 @@ def make_springs(scene: Scene) -> Springs:
     """Springs of all garments of `scene`."""
     vertices, faces, scale, _ = joined(scene)
     names = ("density", "bend_stiffness", "stretch_limit", "stiffening", "damping")
+    offset = np.cumsum([0, *(len(g.vertices) for g in scene.garments)])
     return Springs(
         vertices,
         faces,
         stretch_stiffness=per_vertex(scene, "sheet_stiffness"),
         rest_scale=scale,
+        cords=np.concatenate([g.cords + o for g, o in zip(scene.garments, offset)]),
+        cord_length=np.concatenate([g.cord_length for g in scene.garments]),
         **{name: per_vertex(scene, name) for name in names},
     )
 
@@ -92,7 +95,7 @@ def make_stepper(scene: Scene, config: SimulateConfig, plan: Plan | None = None)
     body = BodyMotion(scene.body_faces, scene.body, scene.body_frames, scene.fps, left_out)
     refuse_inside(scene, body, config.deepest_start)
     vertices, faces, _, layer = joined(scene)
-    patches = Patches(vertices, faces, springs.edges, layer)
+    patches = Patches(vertices, faces, springs.edges[: springs.woven], layer)
     contact = BodyContact(
         body,
         patches,

@@ -31,13 +31,15 @@ def make_garment(
         vertices: Rest frame [m], shape [N, 3]; faces: shape [F, 3].
         elastic: Id of the elastic loop of each vertex, 0 for none, shape [N].
         waistband: Vertices of the band that holds it up, shape [N].
-        about: The shard's metadata of this garment: fabric, elastics, waistband.
+        about: The shard's metadata of this garment: fabric, elastics, waistband, fastenings.
     """
     ratios = {int(number): float(loop["rest_ratio"]) for number, loop in (about.get("elastics") or {}).items()}
     scale = edge_scale(faces, elastic.astype(np.int64), ratios)
     band = about.get("waistband")
     if band:
         scale *= edge_scale(faces, np.where(waistband, WAISTBAND, 0), {WAISTBAND: float(band["rest_ratio"])})
+    cords = [pair for held in (about.get("fastenings") or {}).values() for pair in held["cords"]]
+    lengths = [length for held in (about.get("fastenings") or {}).values() for length in held["length_m"]]
     return Garment(
         name=name,
         vertices=np.asarray(vertices, np.float64),
@@ -45,6 +47,8 @@ def make_garment(
         fabric=Fabric.of(about["fabric"], name),
         rest_scale=scale,
         tied=np.asarray(waistband, bool),
+        cords=np.array(cords, np.int32).reshape(-1, 2),
+        cord_length=np.array(lengths, np.float64),
     )
 
 

@@ -22,6 +22,7 @@ class Garment:
         fabric: Its fabric.
         rest_scale: Rest length over length in `vertices` for each sorted unique edge, shape [E]: elastics, waistbands.
         tied: Vertices of the waistband, which is tied softly to the body, shape [N] bool.
+        cords: Pairs of vertices that a fastening keeps no further apart than `cord_length` [m], shapes [C, 2] and [C].
     """
 
     name: str
@@ -30,6 +31,8 @@ class Garment:
     fabric: Fabric
     rest_scale: np.ndarray
     tied: np.ndarray
+    cords: np.ndarray = field(default_factory=lambda: np.zeros((0, 2), np.int32))
+    cord_length: np.ndarray = field(default_factory=lambda: np.zeros(0))
 
 
 def edge_scale(faces: np.ndarray, marks: np.ndarray, ratios: dict[int, float]) -> np.ndarray:
@@ -89,6 +92,8 @@ class Scene:
                     raise DataError(f"{g.name}: {what} position of vertex {i} is {x[i].tolist()}, must be finite")
             if not len(g.faces) or g.faces.min() < 0 or g.faces.max() >= len(g.vertices):
                 raise DataError(f"{g.name}: faces must name vertices 0 to {len(g.vertices) - 1}, and there must be one")
+            if len(g.cords) and (g.cords.min() < 0 or g.cords.max() >= len(g.vertices)):
+                raise DataError(f"{g.name}: cords must join vertices 0 to {len(g.vertices) - 1}, not {g.cords.max()}")
             offset += len(g.vertices)
         if offset != len(self.start):
             raise DataError(f"scene: {len(self.start)} start positions for {offset} vertices")

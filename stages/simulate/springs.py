@@ -21,6 +21,9 @@ cantilever) or 3.6 c (Cusick's for cotton), with 0.44 and 0.55 for COARSE and wi
 want 0.7, as the cantilever is then that of theory within 1.2 % up to edges of 20 mm; but Cusick's disc, which bends in
 two directions, then hangs lower at 20 mm than at 10, denim by 4.9 %. With 0.78 both are within 3 %."""
 
+CORD, SLACK = 500.0, 1e-8
+"""Stiffness of a taut cord [N/m], as that of a seam's edges, and that of a slack one as a share of it."""
+
 GRAVITY = 9.81
 """[m/s^2]; a fabric's bending length is its own, whatever the gravity of a scene."""
 
@@ -156,8 +159,9 @@ class Springs:
     Attributes:
         mass: Lumped mass [kg], shape [N].
         area: A third of the adjacent faces' area [m^2], shape [N].
-        edges: Shape [E, 2]; length [m] in the garment as made, rest_scale, and rest_length [m] in force; stiffness
-            [N/m], limit, stiffening, damping [s], each [E].
+        edges: Shape [E, 2]: the `woven` ones, which are edges of faces, then the cords.
+        length [m] in the garment as made, rest_scale, and rest_length [m] in force; stiffness [N/m], limit, stiffening,
+            damping [s]: each [E].
         start, neighbour, spring: The gather lists over `edges`.
         edge_bend: Bending coefficient q_ij of each edge [N/m], shape [E].
         bend_start, bend_neighbour, bend: Gather lists over the bending pairs that aren't edges, with q_ij [N/m] for
@@ -176,8 +180,12 @@ class Springs:
         stiffening: np.ndarray,
         damping: np.ndarray,
         rest_scale: np.ndarray | None = None,
+        cords: np.ndarray | None = None,
+        cord_length: np.ndarray | None = None,
     ) -> None:
-        """Build from rest `vertices` [N, 3] and `faces` [F, 3]; every constant has shape [N], rest_scale [E].
+        """Build from rest `vertices` [N, 3] and `faces` [F, 3]; every constant has shape [N], rest_scale is per edge.
+
+        Cords join the vertices `cords` [C, 2] and pull where these are further apart than `cord_length` [m], shape [C].
 
         Raises:
             DataError: If a face or an edge is degenerate at rest, or a vertex has no face.
@@ -201,27 +209,37 @@ class Springs:
         # Van Gelder 1998: k = E A / l^2 over adjacent faces, exact for equilateral triangles. A sliver's area is raised
         # to what keeps its springs no weaker than a tenth of an equilateral one's.
         area = np.maximum(edge_area, 0.1 * np.sqrt(3) / 2 * length**2)
-        self.edges = edges
+        self.edges, self.woven = edges, len(edges)
         self.stiffness = mean(stretch_stiffness) * area / length**2
         self.length, self.rest_scale = length, np.ones(len(edges)) if rest_scale is None else rest_scale
         self.rest_length = self.length * self.rest_scale
         self.limit, self.damping = mean(stretch_limit), mean(damping)
         # An elastic gives way as far as it is pulled: it is not its crimp that is pulled straight.
         self.stiffening = np.where(self.rest_scale < 1.0, 1.0, mean(stiffening))
-        self.start, self.neighbour, self.spring = gather_lists(edges, n)
+        if cords is not None and cord_length is not None and len(cords):
+            self._add_cords(np.sort(cords, axis=1).astype(np.int32), cord_length)
+        self.start, self.neighbour, self.spring = gather_lists(self.edges, n)
         self.set_bending(*bending_rows(vertices, faces, bend_stiffness, bending_length(bend_stiffness, density)))
         self.bend_damping = np.ascontiguousarray(damping, np.float64)
         self.degenerate_faces = int((areas <= 0).sum())
 
+    def _add_cords(self, cords: np.ndarray, length: np.ndarray) -> None:
+        """Springs that are next to nothing up to their length, and stiffen there to `CORD`."""
+        own = {"edges": cords, "length": length, "rest_scale": 1.0, "rest_length": length, "stiffness": SLACK * CORD}
+        for name, value in {**own, "limit": 0.0, "stiffening": 1 / SLACK, "damping": 0.0}.items():
+            held = getattr(self, name)
+            more = np.broadcast_to(np.asarray(value, held.dtype), (len(cords), *held.shape[1:]))
+            setattr(self, name, np.concatenate([held, more]))
+
     def set_bending(self, rows: np.ndarray, q: np.ndarray) -> None:
         """Bend by the pairs `rows` (P, 2) with coefficients `q` (P,) [N/m], see `bending_rows`."""
         # Pairs that are edges too are added to their spring's block, which spares the solve half of the bending lists.
-        n, edges = len(self.mass), self.edges
+        n, edges = len(self.mass), self.edges[: self.woven]
         key, edge_key = rows[:, 0] * np.int64(n) + rows[:, 1], edges[:, 0] * np.int64(n) + edges[:, 1]
         place = np.minimum(np.searchsorted(edge_key, key), len(edges) - 1)
         on_edge = edge_key[place] == key
         # Without any pair NumPy would count in integers.
-        self.edge_bend = np.bincount(place[on_edge], q[on_edge], minlength=len(edges)).astype(np.float64)
+        self.edge_bend = np.bincount(place[on_edge], q[on_edge], minlength=len(self.edges)).astype(np.float64)
         rows, q = rows[~on_edge], q[~on_edge]
         self.bend_start, self.bend_neighbour, index = gather_lists(rows, n)
         self.bend = np.ascontiguousarray(q[index]) if len(index) else np.zeros(1)

@@ -61,7 +61,11 @@ def run(task: Task, progress: Progress) -> dict[str, Any]:
     solution, bars = solve_with_bars(scene, config, lambda done, total, label: progress(done, total + 1, label))
     springs, report = solution.springs, solution.report
     quality = measure(
-        solution.x, springs.edges, springs.rest_length, lambda k: scene.body(scene.record + k), scene.body_faces
+        solution.x,
+        springs.edges[: springs.woven],
+        springs.rest_length[: springs.woven],
+        lambda k: scene.body(scene.record + k),
+        scene.body_faces,
     )
     quality |= counts(report) | {"seconds_transition": len(way.vertices) / fps} | bars.summary()
     arrays = bars.arrays() | {f"garments/{g.name}/faces": g.faces for g in garments}
