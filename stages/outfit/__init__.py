@@ -8,6 +8,6 @@ SPEC = StageSpec(
     needs=("body",),
     params=("outfit", "own_garments", "own_files", "own_files_sha256", "fabrics", "fabrics_sha256"),
     config=Config,
-    code_version=8,
+    code_version=9,
     schema="outfit",
 )

@@ -19,8 +19,11 @@ WAISTBAND_WIDTH = 0.025
 BELOW_SHOULDERS = 0.04
 """An upper border that ends this far below the shoulder joints has no straps: it is the chest's, not the neck's [m]."""
 
-ON_OPENING = 1e-3
-"""Distance within which a vertex of a border lies on the side of an open front [m]."""
+ON_OPENING = 2.5e-3
+"""Distance within which a vertex of a border lies on the side of an open front [m]: edges cut its curve short."""
+
+FASTENING = 0.04
+"""Length of the part of an open front that is fastened [m]."""
 
 CHEST_SNUGNESS = 0.92
 """Girth of the band of a strapless top as a share of the wearer's: a waistband rests on the hips, this one on nothing,

@@ -12,7 +12,7 @@ from model.mesh.geometry import edge_lengths, face_areas
 from model.mesh.topology import edge_list
 from stages.fabrics import Fabric, sheet_stiffness
 from stages.outfit.blank import Blank
-from stages.outfit.borders import CHEST_SNUGNESS, ELASTIC_RINGS, WAISTBAND_WIDTH, loop_length, tape_girth
+from stages.outfit.borders import CHEST_SNUGNESS, ELASTIC_RINGS, FASTENING, WAISTBAND_WIDTH, loop_length, tape_girth
 from stages.outfit.flattening import Flat, flatten
 from stages.outfit.panels import Panels
 from stages.outfit.plan import GarmentPlan
@@ -104,6 +104,7 @@ def finish(blank: Blank, points: Array, wearing: Wearing, fabric: Fabric) -> Gar
         "cuts": {piece.template: list(piece.cuts) for piece in plan.pieces},
         "elastics": elastics,
         "waistband": band,
+        "fastenings": _fastenings(blank, points),
         "borders": {
             b.name: {
                 "number": number,
@@ -215,6 +216,23 @@ def _waistband(
     if border.name == "chest":
         girth *= CHEST_SNUGNESS
     return band, {"girth_m": girth, "rest_ratio": girth / loop_length(points, border.loop)}
+
+
+def _fastenings(blank: Blank, points: Array) -> dict[str, dict[str, Any]]:
+    """What keeps the sides of an open front together where they are nearest to each other: cords as long as the gap.
+
+    `cords` are pairs of vertices, `length_m` how far apart they can be.
+    """
+    lines = {b.name: b.loop for b in blank.borders}
+    if "left_front_opening" not in lines:
+        return {}
+    left, right = lines["left_front_opening"], lines["right_front_opening"]
+    at = blank.surface.vertices
+    apart, opposite = cKDTree(at[right]).query(at[left], workers=1)
+    held = np.linalg.norm(at[left] - at[left[np.argmin(apart)]], axis=1) < FASTENING / 2
+    cords = np.column_stack([left[held], right[opposite[held]]])
+    length = np.linalg.norm(points[cords[:, 0]] - points[cords[:, 1]], axis=1)
+    return {"front": {"cords": cords.tolist(), "length_m": length.tolist()}}
 
 
 def _marked(loop: Faces, count: int) -> NDArray[np.bool_]:

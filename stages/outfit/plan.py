@@ -19,6 +19,7 @@ DRAWS = (
     "neckline", "neck_depth", "neck_width", "vest", "armhole_depth", "strapless", "chest_height",
     "open_front", "opening_width", "collar", "collar_height",
     "placket", "placket_length",
+    "fastening_height",
 )  # fmt: skip
 """Every random number, in the order drawn. All are drawn always, so that changing one setting changes nothing else; new
 ones go to the end, so that outfits stay as they were."""
@@ -42,7 +43,7 @@ CUTS = {
     "collar": ("collar_height",),
     "armholes": ("armhole_depth",),
     "strapless": ("chest_height",),
-    "front_opening": ("opening_width",),
+    "front_opening": ("opening_width", "fastening_height"),
     "placket": ("placket_length",),
 }
 """Cuts of upper garments, and their parameters. Armholes make a vest of a t-shirt, and take the sleeves' parameters; a

@@ -54,10 +54,11 @@ CHEST_DEPTH, CHEST_RISE = 0.025, 0.03
 """How much lower the lowest strapless border is than the highest, and how much further up it is in front [m]."""
 
 SPREAD = 1.0
-"""How much wider an open front is at the longest hem than at the neck, as a share of its width there."""
+"""How much further an open front parts down to the longest hem than up to the neck."""
 
 PLACKET_WIDTH, SLIT = 0.016, 0.8
-"""How far a placket stands open [m], and half of it at least in edge lengths: a narrower slit has no triangles."""
+"""How far a placket, or an open front where it is fastened, stands open [m], and half of it at least in edge lengths: a
+narrower slit has no triangles."""
 
 
 def upper_fields(template: Template, piece: Piece) -> list[Field]:
@@ -207,17 +208,19 @@ def _strapless(template: Template, share: float) -> Field:
 
 
 def opening(template: Template, piece: Piece) -> Field | None:
-    """Distance to the sides of an open front [m], which part further towards the hem, or of a placket; None without."""
+    """Distance to the sides of an open front [m], which part from its fastening on, or of a placket; None without."""
     if "placket" in piece.cuts:
         return _placket(template, piece.parameters["placket_length"])
     if "front_opening" not in piece.cuts:
         return None
-    width = piece.parameters["opening_width"]
+    width, fastened = piece.parameters["opening_width"], piece.parameters["fastening_height"]
     top, bottom = template.axes.shoulder[2], template.bottom
+    closed = _slit(template)
 
     def field(at: Array) -> Array:
         t = np.clip((top - at[:, 2]) / (top - bottom), 0.0, None)
-        half = 0.5 * width * (1.0 + SPREAD * t**2)
+        above, below = np.maximum(1.0 - t / fastened, 0.0), np.maximum(t - fastened, 0.0) / (1.0 - fastened)
+        half = closed + max(0.5 * width - closed, 0.0) * (above**2 + (1.0 + SPREAD) * below**2)
         # No opening at the back: behind the shoulders everything is kept.
         away: Array = np.abs(at[:, 0]) - half + 10.0 * np.maximum(at[:, 1], 0.0)
         return away
@@ -225,9 +228,14 @@ def opening(template: Template, piece: Piece) -> Field | None:
     return field
 
 
+def _slit(template: Template) -> float:
+    """Half the least width of an opening [m]."""
+    return max(PLACKET_WIDTH / 2, SLIT * template.edge)
+
+
 def _placket(template: Template, length: float) -> Field:
     """A slit in front that ends in half a circle [m]."""
-    half = max(PLACKET_WIDTH / 2, SLIT * template.edge)
+    half = _slit(template)
     end = _neck_heights(template, _neck(template))[0] - length + half
 
     def field(at: Array) -> Array:

@@ -22,7 +22,7 @@ from tests.stages.outfit.measures import angles, components
 EDGE = 0.010
 HEIGHT = 0.03
 PARAMETERS = {"sleeve_length": 0.3, "torso_length": 0.6, "sleeve_narrowing": 0.0, "sleeve_widening": 0.0,
-              "sleeve_offset": 0.5, "opening_width": 0.06, "placket_length": 0.12}  # fmt: skip
+              "sleeve_offset": 0.5, "opening_width": 0.06, "placket_length": 0.12, "fastening_height": 0.2}  # fmt: skip
 CUTS = [(), ("placket",), ("front_opening",)]
 
 
