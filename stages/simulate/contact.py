@@ -6,15 +6,9 @@ import igl
 import numpy as np
 
 from stages.simulate.body_motion import BodyMotion
-from stages.simulate.contact_kernels import (
-    find_candidates,
-    foresee,
-    hold_attached,
-    lift_out,
-    press,
-    take_over,
-    touch,
-)
+from stages.simulate.contact_corrections import lift_out, take_over
+from stages.simulate.contact_forces import foresee, hold_attached, press
+from stages.simulate.contact_search import find_candidates, touch
 from stages.simulate.fold_kernels import count_windings, lay_on_skin
 from stages.simulate.kernels import BLOCKS
 from stages.simulate.patch_kernels import GROUP, bound_patches, keep_meeting, meet_others

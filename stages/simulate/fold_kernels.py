@@ -3,7 +3,7 @@
 import taichi as ti
 
 from stages.simulate.closest import closest_on_triangle
-from stages.simulate.contact_kernels import surface_point
+from stages.simulate.contact_search import surface_point
 from stages.simulate.kernels import Array, Real, kernel, put, vec
 
 

@@ -8,7 +8,7 @@ import pytest
 from small_scenes import PLAIN, ball, garment, scene, sheet, stepper
 
 from stages.simulate.config import SimulateConfig
-from stages.simulate.contact_kernels import SKIN_YIELD
+from stages.simulate.contact_forces import SKIN_YIELD
 from stages.simulate.solve import solve
 
 SLOPE = np.array([[-5.0, -5.0, 0.0], [5.0, -5.0, 0.0], [5.0, 5.0, 0.0], [-5.0, 5.0, 0.0]])
