@@ -6,83 +6,13 @@ import numpy as np
 import taichi as ti
 
 from stages.simulate.kernels import BLOCKS, TASK, Array, Int, Real, Value, inline, kernel, put, vec
+from stages.simulate.preconditioner import corrected, interpolate_coarse, restrict, solve_coarse, sym_times
 from stages.simulate.runtime import start_taichi
 
 SLOW = 8.0
 """How many times slower than the best a shared solve may be before one thread works alone..."""
 ALONE = 100
 """... for so many solves."""
-
-
-@inline
-def sym_times(m: Value, i: Value, v: Value) -> Value:
-    """Symmetric block i of `m` [n, 6] times v."""
-    return ti.Vector(
-        [
-            m[i, 0] * v[0] + m[i, 1] * v[1] + m[i, 2] * v[2],
-            m[i, 1] * v[0] + m[i, 3] * v[1] + m[i, 4] * v[2],
-            m[i, 2] * v[0] + m[i, 4] * v[1] + m[i, 5] * v[2],
-        ]
-    )
-
-
-@inline
-def gathered(at: Value, first: Value, index: Value, weight: Value, k: Value, a: Value, v: Value, base: Value) -> Value:
-    """Row a of the product of gather list k with the rows of `v` from `base` on."""
-    t = ti.Vector([v[0, 0], v[0, 0], v[0, 0]]) * 0
-    row = at[k] + a
-    for e in range(first[row], first[row + 1]):
-        t += weight[e] * vec(v, base + index[e])
-    return t
-
-
-@inline
-def restrict(at: Value, first: Value, index: Value, weight: Value, r: Value, a: Value, coarse: Value) -> None:
-    """Row a of r1 = P1^T r."""
-    put(coarse, a, gathered(at, first, index, weight, 3, a, r, 0))
-
-
-@inline
-def solve_coarse(
-    at: Value, first: Value, index: Value, weight: Value, inverse: Value, coarsest: Value, coarse: Value
-) -> None:
-    """z1 = P2 (D2^-1 + P3 A3^-1 P3^T) P2^T r1 but for P2, in place: rows of `coarse` are r1, r2, r3, z1, z2."""
-    n1, n2, n3 = at[6], at[7], at[8]
-    r2, r3, z2 = n1, n1 + n2, 2 * n1 + n2 + n3
-    for a in range(n2):
-        put(coarse, r2 + a, gathered(at, first, index, weight, 4, a, coarse, 0))
-        put(coarse, z2 + a, sym_times(inverse, n1 + a, vec(coarse, r2 + a)))
-    for a in range(n3):
-        put(coarse, r3 + a, gathered(at, first, index, weight, 5, a, coarse, r2))
-    for b in range(n3):
-        t = vec(coarse, 0) * 0
-        for c in range(n3):
-            rc = vec(coarse, r3 + c)
-            for k in ti.static(range(3)):
-                for j in ti.static(range(3)):
-                    t[k] += coarsest[3 * b + k, 3 * c + j] * rc[j]
-        row = at[5] + b
-        for e in range(first[row], first[row + 1]):
-            a = z2 + index[e]
-            put(coarse, a, vec(coarse, a) + weight[e] * t)
-
-
-@inline
-def interpolate_coarse(
-    at: Value, first: Value, index: Value, weight: Value, inverse: Value, a: Value, coarse: Value
-) -> None:
-    """Row a of z1 = D1^-1 r1 + P2 z2."""
-    n1, n2, n3 = at[6], at[7], at[8]
-    t = sym_times(inverse, a, vec(coarse, a))
-    put(coarse, n1 + n2 + n3 + a, t + gathered(at, first, index, weight, 1, a, coarse, 2 * n1 + n2 + n3))
-
-
-@inline
-def corrected(
-    at: Value, first: Value, index: Value, weight: Value, inverse: Value, i: Value, r: Value, coarse: Value
-) -> Value:
-    """Row i of z = D^-1 r + P1 z1."""
-    return sym_times(inverse, i, vec(r, i)) + gathered(at, first, index, weight, 0, i, coarse, at[6] + at[7] + at[8])
 
 
 @inline

@@ -11,7 +11,16 @@ import numpy as np
 import taichi as ti
 
 from stages.simulate.kernels import BLOCKS, Array, Int, Real, kernel, put, vec
-from stages.simulate.pcg import Pcg, corrected, gathered, interpolate_coarse, product_row, restrict, sym_times
+from stages.simulate.pcg import Pcg, product_row
+from stages.simulate.preconditioner import (
+    corrected,
+    interpolate_coarse,
+    restrict,
+    restrict_second,
+    restrict_third,
+    solved_third,
+    spread_third,
+)
 
 ASKED = 4
 """Iterations between two looks at whether the solve is done; those after its end change nothing."""
@@ -56,28 +65,18 @@ def precondition(
     top: Array,
     z: Array,
 ) -> None:
-    """z = M^-1 r on all levels; rows of `coarse` as in `solve_coarse`, `top` [n3, 3] what the last level adds."""
+    """z = M^-1 r on all levels; `top` [n3, 3] is z3; see `preconditioner` for the rest."""
     for a in range(n1):
         restrict(at, first, index, weight, r, a, coarse)
     for a in range(n2):
-        put(coarse, n1 + a, gathered(at, first, index, weight, 4, a, coarse, 0))
-        put(coarse, 2 * n1 + n2 + n3 + a, sym_times(coarse_inverse, n1 + a, vec(coarse, n1 + a)))
+        restrict_second(at, first, index, weight, coarse_inverse, a, n1, 2 * n1 + n2 + n3, coarse)
     for a in range(n3):
-        put(coarse, n1 + n2 + a, gathered(at, first, index, weight, 5, a, coarse, n1))
+        restrict_third(at, first, index, weight, a, n1, n1 + n2, coarse)
     for b in range(n3):
-        t = vec(coarse, 0) * 0
-        for c in range(n3):
-            rc = vec(coarse, n1 + n2 + c)
-            for k in ti.static(range(3)):
-                for j in ti.static(range(3)):
-                    t[k] += coarsest[3 * b + k, 3 * c + j] * rc[j]
-        put(top, b, t)
+        put(top, b, solved_third(coarsest, n3, b, n1 + n2, coarse))
     for _ in range(1):
         for b in range(n3):
-            row = at[5] + b
-            for e in range(first[row], first[row + 1]):
-                a = 2 * n1 + n2 + n3 + index[e]
-                put(coarse, a, vec(coarse, a) + weight[e] * vec(top, b))
+            spread_third(at, first, index, weight, b, vec(top, b), 2 * n1 + n2 + n3, coarse)
     for a in range(n1):
         interpolate_coarse(at, first, index, weight, coarse_inverse, a, coarse)
     for i in range(r.shape[0]):
