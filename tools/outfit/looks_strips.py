@@ -90,6 +90,7 @@ STRIPS: dict[str, tuple[Row, ...]] = {
         Row("armhole_depth", ("round_neck", "armholes"), SIDE),
         Row("opening_width", ("v_neck", "front_opening")),
         Row("opening_width", ("round_neck", "armholes", "front_opening")),
+        Row("fastening_height", ("round_neck", "front_opening")),
         Row("tightness"),
     ),
     "top": (
