@@ -38,7 +38,12 @@ def made(member: Member, edge: float) -> tuple[list[Garment], np.ndarray, float]
 
 def trial(member: Member, edge: float) -> dict[str, Any]:
     """Makes and measures one outfit; `rejected` says why there is none."""
-    told: dict[str, Any] = {"gender": member.gender, "kind": member.kind, "betas": list(member.betas), "seed": member.seed}
+    told: dict[str, Any] = {
+        "gender": member.gender,
+        "kind": member.kind,
+        "betas": list(member.betas),
+        "seed": member.seed,
+    }
     try:
         garments, body, spent = made(member, edge)
     except DataError as error:
