@@ -11,6 +11,6 @@ SPEC = StageSpec(
     needs=("body", "outfit"),
     kinds=("sequence",),
     config=SimulateConfig,
-    code_version=4,
+    code_version=5,
     schema="simulate",
 )

@@ -106,12 +106,14 @@ TUCKED = 0.4
 
 
 def presentable(stepper: Stepper) -> np.ndarray:
-    """Positions (N, 3) [m] to record: as little as can be inside the body and across each other; the simulation goes on
-    from its own."""
+    """Positions (N, 3) [m] to record: as little as can be inside the body, below skin and across each other; the
+    simulation goes on from its own."""
     clock, x, floor = perf_counter(), stepper.x.copy(), stepper.config.floor
     stepper.contact.lift(x, stepper.fixed, floor, 12)
     stepper.contact.tuck(x, TUCKED * floor)
     clock = stepper.report.clock("folds", clock)
+    stepper.cover(x, stepper.fixed, floor)
+    clock = stepper.report.clock("cover", clock)
     if stepper.tidy is not None:
         stepper.tidy(x, stepper.fixed, floor)
         stepper.report.clock("tidy", clock)

@@ -10,6 +10,7 @@ import numpy as np
 
 from stages.simulate.config import SimulateConfig
 from stages.simulate.contact import BodyContact
+from stages.simulate.cover import Cover
 from stages.simulate.elastic import advance, gather_rows, inertial_target, spring_blocks
 from stages.simulate.kernels import BLOCKS
 from stages.simulate.multilevel import Multilevel
@@ -60,6 +61,7 @@ class Stepper:
         fastest: Bound on the speed of skin past cloth near it [m/s], which sets how far contact is looked for.
         first_frame: Frame of the body that counts as 0 in messages.
         watch: The plan in force; None does without.
+        cover: Covers skin that stands out between vertices, in a copy of x.
         tidy: Takes apart what crosses in a copy of x, if cloth collides with cloth.
     """
 
@@ -93,6 +95,7 @@ class Stepper:
         n = len(x)
         real = np.float32 if config.precision == "f32" else np.float64
         self.springs, self.contact, self.pairs, self.config = springs, contact, pairs, config
+        self.cover = Cover(contact)
         self.tidy = None if pairs is None else Tidy(pairs, contact)
         self.time, self.last_dt = 0.0, 0.0
         self.fastest = np.inf
