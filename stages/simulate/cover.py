@@ -61,7 +61,7 @@ class Cover:
             vertices = np.unique(there)
             below = self._near(x[vertices[close[vertices]]], REACH * _mean_edge(x, there))
             for _ in range(ROUNDS):
-                if len(there):
+                if len(there) and len(below):
                     there, below = self._move(y, there, below, still)
         way = y - x
         far = np.linalg.norm(way, axis=1)

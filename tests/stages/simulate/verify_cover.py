@@ -58,9 +58,12 @@ def test_what_is_fixed_and_cloth_that_shows_its_back_stay() -> None:
     assert s.cover(x, s.fixed, s.config.floor) == 0 and (x == s.x).all()
 
 
-def test_a_scene_without_a_body_has_nothing_to_cover() -> None:
+def test_without_a_body_or_on_triangles_larger_than_the_cloth_there_is_nothing_to_cover() -> None:
     vertices, faces = sheet(3, 3, EDGE)
-    s = stepper(scene(garment(vertices, faces)))
-    s.advance_to(1e-3, 1e-3)
-    assert s.cover(s.x.copy(), s.fixed, s.config.floor) == 0
-    assert presentable(s) == pytest.approx(s.x)
+    ground = np.array([[-9.0, -9.0, 0.0], [9.0, -9.0, 0.0], [0.0, 9.0, 0.0], [0.0, 0.0, -9.0]])
+    sides = np.array([[0, 1, 2], [1, 0, 3], [2, 1, 3], [0, 2, 3]], np.int32)
+    for body in (None, (ground, sides)):
+        s = stepper(scene(garment(vertices, faces), start=vertices + np.array([0, 0, MARGIN]), body=body))
+        s.advance_to(1e-3, 1e-3)
+        assert s.cover(s.x.copy(), s.fixed, s.config.floor) == 0
+        assert presentable(s) == pytest.approx(s.x)
