@@ -52,16 +52,18 @@ def make_springs(scene: Scene) -> Springs:
     )
 
 
-FIRM = 0.02
-"""Least stiffness of contact at a vertex, over that of the springs at it."""
+FIRM, FIRMER = 0.02, 0.2
+"""Least stiffness of contact at a vertex, over that of the springs at it: of cloth, and of what counts as stiff."""
 
 
-def firm_area(springs: Springs, pressure: float) -> np.ndarray:
-    """Area [m^2] for which skin of stiffness `pressure` [N/m^3] pushes on each vertex, shape [N].
+def firm_area(springs: Springs, pressure: float, dt: float) -> np.ndarray:
+    """Area [m^2] for which skin of stiffness `pressure` [N/m^3] pushes on each vertex in steps of `dt` [s], shape [N].
 
     Its own; more where the cloth is so stiff that it lands on few vertices with all its weight.
     """
-    return np.maximum(springs.area, FIRM * spring_pull(springs) / pressure)
+    pull = spring_pull(springs)
+    firm = np.where(pull / springs.mass * dt**2 < STIFF, FIRM, FIRMER)
+    return np.maximum(springs.area, firm * pull / pressure)
 
 
 def spring_pull(springs: Springs) -> np.ndarray:
@@ -71,18 +73,19 @@ def spring_pull(springs: Springs) -> np.ndarray:
 
 STIFF = 5e6
 """Stiffness of the springs at a vertex over its mass, times the step squared, from which cloth counts as stiff."""
-STIFF_ITERATIONS, STIFF_TOLERANCE = 4, 0.02
+STIFF_ITERATIONS, STIFF_TOLERANCE, STIFF_STEPS = 4, 0.02, 4
 
 
 def careful(config: SimulateConfig, springs: Springs) -> SimulateConfig:
-    """`config`, with more Newton iterations and a closer linear solve where most of the cloth is stiff beyond fabrics.
+    """`config`, with shorter steps, solved more closely, in f64, where most of the cloth is stiff beyond fabrics.
 
     What little such springs are left strained holds more energy than the cloth has from its motion.
     """
     if float(np.median(spring_pull(springs) / springs.mass)) * config.dt**2 < STIFF:
         return config
     iterations, tolerance = max(config.newton_iterations, STIFF_ITERATIONS), min(config.tolerance, STIFF_TOLERANCE)
-    return replace(config, newton_iterations=iterations, tolerance=tolerance)
+    dt = min(config.dt, max(config.dt / STIFF_STEPS, 2 * config.shortest_dt))
+    return replace(config, newton_iterations=iterations, tolerance=tolerance, precision="f64", dt=dt)
 
 
 def make_stepper(scene: Scene, config: SimulateConfig, plan: Plan | None = None) -> Stepper:
@@ -99,7 +102,7 @@ def make_stepper(scene: Scene, config: SimulateConfig, plan: Plan | None = None)
     contact = BodyContact(
         body,
         patches,
-        firm_area(springs, config.contact_stiffness),
+        firm_area(springs, config.contact_stiffness, config.dt),
         per_vertex(scene, "friction"),
         margin=config.margin,
         stiffness=config.contact_stiffness,
