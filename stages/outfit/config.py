@@ -68,7 +68,7 @@ class Config:
     open_front_chance: float = field(default=0.2, metadata=_SHARE)
     """Chance that a t-shirt that is not sewn to anything is open in front, as a shirt or waistcoat [1]."""
     opening_width: tuple[float, float] = field(default=(0.04, 0.12), metadata={"ge": 0.02, "le": 0.15})
-    """Distance of the two sides of an open front at the neck; twice that at the longest hem [m]."""
+    """How far the sides of an open front part up to the shoulders' height; twice that at the longest hem [m]."""
     fastening_height: tuple[float, float] = field(default=(0.1, 0.3), metadata={"ge": 0.05, "le": 0.9})
     """Where an open front is fastened, its sides side by side: share of the way from shoulders to longest hem [1]."""
     upper_fabrics: tuple[str, ...] = ("cotton", "silk")

@@ -42,6 +42,7 @@ class Plan:
         left_out [P]: Patches of the body, as `BodyMotion` cuts it, that the cloth isn't expected to come near.
         guard: How near [m]: further away they can neither touch it nor have a say in the length of its steps.
         pair_every: Most steps for which pairs of cloth are kept.
+        step: The level's step that it was made for [s].
         dt [T + 1]: Longest step in each frame [s]; calm [T + 1]: whether cloth that moves fast forbids it.
         steps [T + 1]: How many steps each frame is expected to take.
         record: The plan, its bounds and why, as JSON values.
@@ -52,6 +53,7 @@ class Plan:
     left_out: np.ndarray
     guard: float
     pair_every: int
+    step: float
     dt: np.ndarray
     calm: np.ndarray
     steps: np.ndarray
@@ -97,6 +99,7 @@ def make_plan(scene: Scene, config: SimulateConfig, decide: tuple[str, ...] | No
         left_out=left_out,
         guard=guard,
         pair_every=config.pair_every if "pairs" in decided else 1,
+        step=config.dt,
         dt=dt,
         calm=calm,
         steps=steps,

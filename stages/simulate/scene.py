@@ -92,8 +92,13 @@ class Scene:
                     raise DataError(f"{g.name}: {what} position of vertex {i} is {x[i].tolist()}, must be finite")
             if not len(g.faces) or g.faces.min() < 0 or g.faces.max() >= len(g.vertices):
                 raise DataError(f"{g.name}: faces must name vertices 0 to {len(g.vertices) - 1}, and there must be one")
-            if len(g.cords) and (g.cords.min() < 0 or g.cords.max() >= len(g.vertices)):
-                raise DataError(f"{g.name}: cords must join vertices 0 to {len(g.vertices) - 1}, not {g.cords.max()}")
+            astray = g.cords[(g.cords < 0) | (g.cords >= len(g.vertices))]
+            if len(astray):
+                raise DataError(f"{g.name}: cords must join vertices 0 to {len(g.vertices) - 1}, not {astray[0]}")
+            if g.cord_length.shape != (len(g.cords),) or not (g.cord_length > 0).all():
+                raise DataError(
+                    f"{g.name}: each of {len(g.cords)} cords must have a length above 0 m, not {g.cord_length.tolist()}"
+                )
             offset += len(g.vertices)
         if offset != len(self.start):
             raise DataError(f"scene: {len(self.start)} start positions for {offset} vertices")

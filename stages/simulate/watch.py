@@ -52,7 +52,9 @@ class Watch:
         where it turns. Beyond the level's, steps grow by GROWTH from frame to frame: the first one of a run, and any
         that is longer than twice the one before, are of first order. Steps made are `share` of it.
         """
-        dt = min(float(self.plan.dt[frame]), max(stepper.config.dt, GROWTH * stepper.last_dt / share))
+        # Cloth far stiffer than fabrics has shorter steps than the level that was planned for.
+        planned = float(self.plan.dt[frame]) * (stepper.config.dt / self.plan.step)
+        dt = min(planned, max(stepper.config.dt, GROWTH * stepper.last_dt / share))
         if not self.plan.calm[frame] or dt <= stepper.config.dt:
             return dt
         change = (stepper.v - stepper.v_old) / (stepper.last_dt * stepper.contact.body.fps)

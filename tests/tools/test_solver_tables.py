@@ -103,6 +103,11 @@ def test_fabrics_drape_alike_on_every_mesh():
         assert row["bending_length_mm"] == pytest.approx(row["bending_length_theory_mm"], rel=0.03)
 
 
+def test_no_table_says_where_something_lies_on_the_machine_that_made_it():
+    for path in tables.DOCS.parent.rglob("*.json"):
+        assert '"/' not in path.read_text(), path.name
+
+
 def test_pages_show_the_same_rows_as_the_data():
     for name, key in (("extremes", "cases"), ("peers", "rows"), ("fabrics", "rows")):
         data = tables.read(name)

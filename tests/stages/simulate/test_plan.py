@@ -10,7 +10,7 @@ import pytest
 from small_scenes import ball, garment, scene, sheet
 
 from stages.simulate.config import SimulateConfig
-from stages.simulate.make_stepper import make_stepper
+from stages.simulate.make_stepper import STIFF_STEPS, careful, make_springs, make_stepper
 from stages.simulate.plan import ITEMS, Plan, longer, make_plan
 from stages.simulate.runtime import start_taichi
 from stages.simulate.scene import Scene
@@ -177,3 +177,18 @@ def test_a_run_goes_on_from_a_snapshot_taken_after_skin_was_turned_on() -> None:
     for frame in (9, 10):
         advance_frame(stepper, frame)
         np.testing.assert_array_equal(presentable(stepper), solution.x[frame])
+
+
+def test_cloth_far_stiffer_than_fabrics_keeps_its_shorter_steps_whatever_is_planned() -> None:
+    # Frames that aren't recorded get the longest steps.
+    one = replace(two_balls(lambda k: np.array([1.0, 0.0, 0.0]), frames=16), record=16)
+    (cloth,) = one.garments
+    hard = replace(cloth.fabric, stretch_stiffness=1e6, shear_stiffness=3.75e5)
+    soft, stiff = make_springs(one), make_springs(replace(one, garments=[replace(cloth, fabric=hard)]))
+    assert careful(CONFIG, soft) is CONFIG
+    assert careful(CONFIG, stiff).precision == "f64" and careful(CONFIG, stiff).dt == CONFIG.dt / STIFF_STEPS
+    taken = [
+        planned(replace(one, garments=[replace(cloth, fabric=fabric)]), ("steps",))[1].report.steps
+        for fabric in (cloth.fabric, hard)
+    ]
+    assert taken[1] > 0.9 * STIFF_STEPS * taken[0]

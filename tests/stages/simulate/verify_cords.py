@@ -52,5 +52,8 @@ def test_a_slack_cord_does_nothing() -> None:
 
 def test_a_cord_to_nowhere_is_refused() -> None:
     cloth, _ = halves(LENGTH)
-    with pytest.raises(DataError, match="cloth: cords must join vertices 0 to 31, not 40"):
-        stepper(scene(replace(cloth, cords=np.array([[0, 40]], np.int32), cord_length=np.ones(1))))
+    for vertex in (40, -1):
+        with pytest.raises(DataError, match=f"cloth: cords must join vertices 0 to 31, not {vertex}$"):
+            stepper(scene(replace(cloth, cords=np.array([[0, vertex]], np.int32), cord_length=np.ones(1))))
+    with pytest.raises(DataError, match=r"cloth: each of 4 cords must have a length above 0 m, not \[0.0, "):
+        stepper(scene(replace(cloth, cord_length=np.zeros(4))))
