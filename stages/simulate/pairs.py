@@ -24,6 +24,8 @@ LOOK_AHEAD = 1.25
 """How much further than its velocity says cloth is expected to go while pairs are kept."""
 WIDEST_CONE = 1.25
 """Greatest angle [rad] between normals of cloth that surely hasn't folded onto itself."""
+JERK = 0.5
+"""How far cloth may leave its course in a step, over how much further than their reach pairs are looked for."""
 SHOVE = 3e-4
 """How much of a correction in one step counts as motion [m]."""
 
@@ -196,6 +198,17 @@ class PairContact:
     def _lasting(self, dt: float) -> int:
         """Steps for which pairs are kept: all but 1 vertex in 500 closed in slowly enough when last looked at."""
         return max(1, min(self.every, int(self.widest_slack / max(LOOK_AHEAD * self.fast * dt, 1e-9))))
+
+    def jerked(self, x: np.ndarray, v: np.ndarray, dt: float, reached: np.ndarray) -> int:
+        """The vertex that left its course the most if pairs may have been missed for it, -1 if they can't have been.
+
+        Pairs are looked for along the course that velocities v (N, 3) at x set for a step of `dt` [s]. It `reached`
+        other places: that counts where more than 1 vertex in 500 left it by JERK, seen from the cloth as a whole.
+        """
+        astray = reached - x - dt * v
+        far = np.linalg.norm(astray - astray.mean(0), axis=1)
+        many = np.count_nonzero(far > JERK * self.widest_slack) > len(x) / 500
+        return int(far.argmax()) if many else -1
 
     def _compact(self, total: int) -> None:
         compact_pairs(

@@ -74,7 +74,7 @@ class Stepper:
     PATIENCE = 4
     """... and gets up to so many times the iterations; a step that isn't solved then is halved..."""
     PART = 8
-    """... down to this part of the longest: what still jumps there is cloth pinched between skin and skin."""
+    """... down to this part of the longest, and further where edges are short: what still jumps there is pinched."""
     LEVELS_LAST = 4
     """Steps for which the matrices of the coarse levels are kept."""
 
@@ -212,11 +212,20 @@ class Stepper:
             wanted = c.newton_tolerance if iteration + 1 < c.newton_iterations else self.unsolved
             if iteration > 0 and moved < max(wanted, c.newton_tolerance):
                 break
-        if moved > (self.unsolved if dt > c.dt / self.PART else self.LONGEST_MOVE):
+        if moved > self.unsolved:
             vertex = int(np.argmax(np.abs(self.pcg.dx).max(1)))
-            raise Rejected(vertex, f"the last Newton iteration still moved it {moved * 1e3:.2g} mm")
-        self.report.unsolved += moved > self.unsolved
+            if moved > self.LONGEST_MOVE or self._divisible(dt, self.PART * self.UNSOLVED / self.unsolved):
+                raise Rejected(vertex, f"the last Newton iteration still moved it {moved * 1e3:.2g} mm")
+            self.report.unsolved += 1
+        if self.pairs is not None and self._divisible(dt, self.PART):
+            jerked = self.pairs.jerked(self.x, self.v, dt, x)
+            if jerked >= 0:
+                raise Rejected(jerked, "it was jerked off its course, maybe through other cloth")
         self._finish(x, other, dt, h)
+
+    def _divisible(self, dt: float, part: float) -> bool:
+        """Whether a step of `dt` [s] may be halved, down to that `part` of the longest."""
+        return dt > max(self.config.dt / part, 2 * self.config.shortest_dt)
 
     def _rebuild_levels(self, h: float) -> None:
         """Take the coarse levels' matrices from the present one, now and then: a preconditioner may be a bit old."""

@@ -7,6 +7,7 @@ import pytest
 from small_scenes import EXACT, PLAIN, garment, scene, sheet, stepper
 
 from stages.simulate.config import SimulateConfig
+from stages.simulate.make_stepper import make_stepper
 from stages.simulate.scene import Scene
 from stages.simulate.solve import solve
 from stages.simulate.stepper import Stepper
@@ -50,6 +51,22 @@ def test_falling_sheet_is_caught_by_the_other() -> None:
     assert caught[-1, 169:, 2].mean() > caught[-1, :169, 2].min(), "the upper sheet lies on the lower one"
     through = solve(one, SimulateConfig(threads=1, self_collision=False)).x
     assert through[-1, 169:, 2].max() < through[-1, :169, 2].min(), "without collision it falls through"
+
+
+def test_cloth_that_leaves_its_course_may_have_missed_pairs() -> None:
+    one = scene(garment(*sheet(25, 25, 0.02)))
+    pairs, x, dt = make_stepper(one, SimulateConfig(threads=1)).pairs, one.start, 0.01
+    assert pairs is not None and pairs.widest_slack == pytest.approx(0.03)
+    v = np.random.default_rng(0).normal(size=x.shape)
+    reached = x + dt * v
+    assert pairs.jerked(x, v, dt, reached) == -1, "as foreseen"
+    assert pairs.jerked(x, v, dt, reached + np.array([0.0, 0.0, 1.0])) == -1, "the cloth as a whole"
+    reached[40:42, 2] += 0.01
+    assert pairs.jerked(x, v, dt, reached) == -1, "by less than is looked for beyond their reach"
+    reached[40, 2] += 0.02
+    assert pairs.jerked(x, v, dt, reached) == -1, "a single one of 625"
+    reached[41, 2] += 0.03
+    assert pairs.jerked(x, v, dt, reached) == 41
 
 
 def test_entangled_garments_are_put_in_order() -> None:
