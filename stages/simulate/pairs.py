@@ -205,10 +205,15 @@ class PairContact:
         Pairs are looked for along the course that velocities v (N, 3) at x set for a step of `dt` [s]. It `reached`
         other places: that counts where more than 1 vertex in 500 left it by JERK, seen from the cloth as a whole.
         """
-        astray = reached - x - dt * v
-        far = np.linalg.norm(astray - astray.mean(0), axis=1)
-        many = np.count_nonzero(far > JERK * self.widest_slack) > len(x) / 500
-        return int(far.argmax()) if many else -1
+        astray, limit = self.ahead, (JERK * self.widest_slack) ** 2
+        np.multiply(v, -dt, out=astray)
+        astray += reached
+        astray -= x
+        if not (np.einsum("ij,ij->i", astray, astray) > limit).any():
+            return -1
+        astray -= astray.mean(0)
+        far = np.einsum("ij,ij->i", astray, astray)
+        return int(far.argmax()) if np.count_nonzero(far > limit) > len(x) / 500 else -1
 
     def _compact(self, total: int) -> None:
         compact_pairs(
