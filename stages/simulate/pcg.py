@@ -143,43 +143,50 @@ def conjugate_gradients(
                 for a in range(a0, a1):
                     interpolate_coarse(at, first, index, weight, coarse_inverse, a, coarse)
                 count = meet(gate, crew, count)
-                for i in range(i0, i1):
-                    put(z, i, corrected(at, first, index, weight, inverse, i, r, coarse))
-                count = meet(gate, crew, count)
                 for b in range(low, high):
-                    gamma, delta = ti.f64(0.0), ti.f64(0.0)
+                    gamma = ti.f64(0.0)
                     for i in range(b * n // blocks, (b + 1) * n // blocks):
-                        y = product_row(
-                            i, diagonal, start, neighbour, spring, block, bend_start, bend_neighbour, bend, bend_scale,
-                            pair_vertices, pair_weights, pair_stiffness, pair_start, pair_index, z,
-                        )  # fmt: skip
-                        put(w, i, y)
-                        gamma += ti.f64(vec(z, i).dot(vec(r, i)))
-                        delta += ti.f64(vec(z, i).dot(y))
+                        y = corrected(at, first, index, weight, inverse, i, r, coarse)
+                        put(z, i, y)
+                        gamma += ti.f64(y.dot(vec(r, i)))
                     part[b, 0] = gamma
-                    part[b, 1] = delta
                 count = meet(gate, crew, count)
-                gamma, delta = ti.f64(0.0), ti.f64(0.0)
+                gamma = ti.f64(0.0)
                 for b in range(blocks):
                     gamma += part[b, 0]
-                    delta += part[b, 1]
-                beta = ti.f64(0.0)
-                if iteration > 0:
-                    beta = gamma / old_gamma
-                    delta -= beta * gamma / old_alpha
-                else:
+                if iteration == 0:
                     first_gamma = gamma
-                if gamma > enough * first_gamma and delta > 0 and iteration < most:
-                    old_gamma, old_alpha = gamma, gamma / delta
-                    for i in range(i0, i1):
-                        for c in ti.static(range(3)):
-                            p[i, c] = z[i, c] + beta * p[i, c]
-                            q[i, c] = w[i, c] + beta * q[i, c]
-                            dx[i, c] += old_alpha * p[i, c]
-                            r[i, c] -= old_alpha * q[i, c]
-                    iteration += 1
-                else:
-                    going = 0
+                going = 0
+                if gamma > enough * first_gamma and iteration < most:
+                    for b in range(low, high):
+                        delta = ti.f64(0.0)
+                        for i in range(b * n // blocks, (b + 1) * n // blocks):
+                            y = product_row(
+                                i, diagonal, start, neighbour, spring, block,
+                                bend_start, bend_neighbour, bend, bend_scale,
+                                pair_vertices, pair_weights, pair_stiffness, pair_start, pair_index, z,
+                            )  # fmt: skip
+                            put(w, i, y)
+                            delta += ti.f64(vec(z, i).dot(y))
+                        part[b, 1] = delta
+                    count = meet(gate, crew, count)
+                    delta = ti.f64(0.0)
+                    for b in range(blocks):
+                        delta += part[b, 1]
+                    beta = ti.f64(0.0)
+                    if iteration > 0:
+                        beta = gamma / old_gamma
+                        delta -= beta * gamma / old_alpha
+                    if delta > 0:
+                        going = 1
+                        old_gamma, old_alpha = gamma, gamma / delta
+                        for i in range(i0, i1):
+                            for c in ti.static(range(3)):
+                                p[i, c] = z[i, c] + beta * p[i, c]
+                                q[i, c] = w[i, c] + beta * q[i, c]
+                                dx[i, c] += old_alpha * p[i, c]
+                                r[i, c] -= old_alpha * q[i, c]
+                        iteration += 1
             if t == 0:
                 done[0] = iteration
 

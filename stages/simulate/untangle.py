@@ -79,6 +79,8 @@ class Crossings:
             Vertices [K, 4] of an end of an edge and of the face that the edge passes through, twice for every crossing;
             the unit direction [K, 3] for the end to go relative to the face; and how far in one step [m], shape [K].
         """
+        if not len(self.edge):
+            return np.zeros((0, 4), np.int32), np.zeros((0, 3)), np.zeros(0)
         ends, corners = self.patches.edges[self.edge], self.patches.faces[self.face]
         still = _passes(x, ends, corners)
         edge, ends, corners = self.edge[still], ends[still], corners[still]
