@@ -36,6 +36,7 @@ class Cover:
         layer = np.repeat(own.layer, np.diff(own.start))
         self.contact = contact
         self.garments = [np.ascontiguousarray(own.faces[layer == number], np.int64) for number in np.unique(layer)]
+        self.moved = np.zeros((len(own.of_vertex), 3))
         self.edges, self.vertices, self.edges_of = np.zeros((0, 2), np.int32), np.zeros(0, np.int32), 0
 
     def __call__(self, x: np.ndarray, fixed: np.ndarray, floor: float) -> int:
@@ -55,7 +56,8 @@ class Cover:
         if not close.any():
             return 0
         still = (fixed > 0) | (contact.distance < floor)
-        y = x.copy()
+        y = self.moved
+        np.copyto(y, x)
         for faces in self.garments:
             there = faces[close[faces].any(axis=1)]
             vertices = np.unique(there)
@@ -83,8 +85,10 @@ class Cover:
             self.vertices = np.unique(self.edges)
         if not len(lying):
             return self.edges[:0]
-        far, _ = cKDTree(lying).query(body.x[self.vertices], distance_upper_bound=reach)
-        corners = self.vertices[far < reach]
+        places, low, high = body.x[self.vertices], lying.min(axis=0) - reach, lying.max(axis=0) + reach
+        about = np.flatnonzero((places > low).all(axis=1) & (places < high).all(axis=1))
+        far, _ = cKDTree(lying).query(places[about], distance_upper_bound=reach)
+        corners = self.vertices[about[far < reach]]
         chosen = np.zeros(len(body.x), bool)
         chosen[corners] = True
         a, b = self.edges.T

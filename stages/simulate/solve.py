@@ -108,7 +108,8 @@ TUCKED = 0.4
 def presentable(stepper: Stepper) -> np.ndarray:
     """Positions (N, 3) [m] to record: as little as can be inside the body, below skin and across each other; the
     simulation goes on from its own."""
-    clock, x, floor = perf_counter(), stepper.x.copy(), stepper.config.floor
+    clock, x, floor = perf_counter(), stepper.shown, stepper.config.floor
+    np.copyto(x, stepper.x)
     stepper.contact.lift(x, stepper.fixed, floor, 12)
     stepper.contact.tuck(x, TUCKED * floor)
     clock = stepper.report.clock("folds", clock)
@@ -117,7 +118,7 @@ def presentable(stepper: Stepper) -> np.ndarray:
     if stepper.tidy is not None:
         stepper.tidy(x, stepper.fixed, floor)
         stepper.report.clock("tidy", clock)
-    return x
+    return x.copy()
 
 
 def advance_frame(stepper: Stepper, frame: int, share: float = 1.0) -> None:

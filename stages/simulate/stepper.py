@@ -58,6 +58,7 @@ class Stepper:
 
     Attributes:
         x, v: Positions [m] and velocities [m/s], shape [N, 3], at `time` [s].
+        shown: Room for positions that are put in order to be recorded, [N, 3]: kernels launch faster on known arrays.
         fastest: Bound on the speed of skin past cloth near it [m/s], which sets how far contact is looked for.
         first_frame: Frame of the body that counts as 0 in messages.
         watch: The plan in force; None does without.
@@ -102,7 +103,7 @@ class Stepper:
         self.first_frame = 0
         self.watch: Watch | None = None
         self.x, self.v = np.array(x, np.float64), np.zeros((n, 3))
-        self.x_old, self.v_old = self.x.copy(), self.v.copy()
+        self.x_old, self.v_old, self.shown = self.x.copy(), self.v.copy(), self.x.copy()
         self.x_bar, self.y, self.guess, self.trial = (np.zeros((n, 3)) for _ in range(4))
         self.residual = np.zeros((n, 3))
         self.pull, self.block = np.zeros((len(springs.edges), 3)), np.zeros((len(springs.edges), 4), real)

@@ -67,21 +67,22 @@ class Watch:
         body = contact.body
         if not len(body.watched):
             return
-        spot = forecast.spot[body.watched]
-        spread = forecast.spread[body.watched]
+        watched, guard = body.watched, self.plan.guard
+        spot, spread = forecast.spot[watched], forecast.spread[watched]
         skin = body.frame(frame - 1)[spot]
         move = body.frame(frame)[spot] - skin
         fly = stepper.v[::EVERY] / body.fps
-        guard = self.plan.guard
         # What is further away than any of them can go need not be known.
         furthest = np.linalg.norm(move, axis=1).max() + np.linalg.norm(fly, axis=1).max()
         limit = spread.max() + self.cover + AHEAD * furthest + guard + MORE
+        about = ((skin > near.mins - limit) & (skin < near.maxes + limit)).all(axis=1)
+        watched, spread, skin, move = watched[about], spread[about], skin[about], move[about]
         distance, nearest = near.query(skin, distance_upper_bound=limit, workers=1)
         past = np.linalg.norm(move - fly[np.minimum(nearest, len(fly) - 1)], axis=1)
         free = distance - spread - self.cover - AHEAD * past - guard
         if (free > 0).all():
             return
-        wanted = body.watched[free < MORE]
+        wanted = watched[free < MORE]
         self.events.append({
             "frame": frame - stepper.first_frame,
             "what": f"{len(wanted)} patches of skin turned on",
