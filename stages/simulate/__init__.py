@@ -11,6 +11,6 @@ SPEC = StageSpec(
     needs=("body", "outfit"),
     kinds=("sequence",),
     config=SimulateConfig,
-    code_version=6,
+    code_version=7,
     schema="simulate",
 )

@@ -27,13 +27,13 @@ LEVELS: dict[str, dict[str, Any]] = {
         "calm": 2.0,
     },
     "fine": {
-        "dt": 1 / 210,
+        "dt": 1 / 240,
         "newton_iterations": 3,
         "newton_tolerance": 2e-5,
         "tolerance": 0.12,
         "linear_iterations": 400,
         "precision": "f32",
-        "pair_every": 7,
+        "pair_every": 8,
         "calm": 1.0,
     },
     "reference": {

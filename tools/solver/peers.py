@@ -60,7 +60,7 @@ with its plan takes us `set-up` seconds. `load` is the load average when the fir
 own: strain of the edges over all frames, penetration and self-intersections the worst of the frames scored.
 
 A solver's own error is that against its own reference over the first 0.5 s and 1 s: for our levels `reference`, whose
-step is a ninth of fine's; for Blender {fine} steps a frame, four times as many. References are solved for the first
+step is an eighth of fine's; for Blender {fine} steps a frame, four times as many. References are solved for the first
 second alone; their own errors are unmeasured here. They and `preview` are solved once, not in turn, perhaps while the
 machine has other work: their times say little. Scenes that weren't measured again stay as they were, by the commit in
 their rows.
