@@ -2,7 +2,7 @@
 
 import taichi as ti
 
-from stages.simulate.kernels import Array, Real, kernel, put, vec
+from stages.simulate.kernels import Array, Real, kernel, light, put, vec
 
 
 @kernel
@@ -16,6 +16,7 @@ def between_frames(
     out: Array,
 ) -> None:
     """Cubic Hermite at s in [0, 1] from `left` to `right`, slopes by central differences (Catmull and Rom 1974)."""
+    ti.loop_config(serialize=light.serial)
     for i in range(left.shape[0]):
         s2, s3 = s * s, s * s * s
         for c in ti.static(range(3)):
@@ -38,6 +39,7 @@ def face_frames(
     radius: Array,
 ) -> None:
     """Unit normal (0 if without area), centroid and bounding radius about it of every triangle."""
+    ti.loop_config(serialize=light.serial)
     for f in range(faces.shape[0]):
         a, b, c = vec(x, faces[f, 0]), vec(x, faces[f, 1]), vec(x, faces[f, 2])
         n = (b - a).cross(c - a)

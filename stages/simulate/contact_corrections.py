@@ -2,7 +2,7 @@
 
 import taichi as ti
 
-from stages.simulate.kernels import BLOCKS, Array, Real, kernel, put, vec
+from stages.simulate.kernels import BLOCKS, Array, Real, kernel, light, put, vec
 
 
 @kernel
@@ -23,6 +23,7 @@ def lift_out(
     Per block: the smallest distance found, and how many vertices moved.
     """
     n = x.shape[0]
+    ti.loop_config(serialize=light.serial)
     for b in range(BLOCKS):
         least = 1e9
         count = 0
@@ -66,6 +67,7 @@ def take_over(
     two-step integrator doesn't take it for speed. Only the speed towards the body is lost.
     `touched` tells what the skin touches now, `fresh` where that has changed: see `inertial_target`.
     """
+    ti.loop_config(serialize=light.serial)
     for i in range(x.shape[0]):
         u = (vec(solved, i) - vec(x_bar, i)) / h
         touches = 0

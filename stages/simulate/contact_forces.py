@@ -2,7 +2,7 @@
 
 import taichi as ti
 
-from stages.simulate.kernels import Array, Real, Value, inline, kernel, put, vec
+from stages.simulate.kernels import Array, Real, Value, inline, kernel, light, put, vec
 
 SKIN_YIELD = 3000.0
 """Most friction that skin bears over its area [Pa]: what pulls harder slides.
@@ -61,6 +61,7 @@ def press(
     N is `reaction`, what the last linear solve balanced, see `foresee`: skin is so stiff that the depth of an iterate
     tells hardly anything about the force that the cloth ends up with.
     """
+    ti.loop_config(serialize=light.serial)
     for i in range(x.shape[0]):
         f = ti.Vector([0.0, 0.0, 0.0])
         for c in ti.static(range(6)):
@@ -124,6 +125,7 @@ def foresee(
     shear_new: Array,
 ) -> None:
     """Normal force [N] of the skin, and grip, where a linear solve from `x` ended: at the `solved` positions."""
+    ti.loop_config(serialize=light.serial)
     for i in range(x.shape[0]):
         gap = margin - distance[i]
         reaction[i] = 0.0

@@ -12,6 +12,7 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from stages.simulate.contact import BodyContact
+from stages.simulate.patches import in_box
 from stages.simulate.springs import unique_edges
 
 NEAR = 0.003
@@ -38,6 +39,7 @@ class Cover:
         self.garments = [np.ascontiguousarray(own.faces[layer == number], np.int64) for number in np.unique(layer)]
         self.moved = np.zeros((len(own.of_vertex), 3))
         self.edges, self.vertices, self.edges_of = np.zeros((0, 2), np.int32), np.zeros(0, np.int32), 0
+        self.ends = np.zeros((2, 0), np.int32)
 
     def __call__(self, x: np.ndarray, fixed: np.ndarray, floor: float) -> int:
         """Move vertices of x [N, 3], in place, so that corners and middles of edges of the skin are below the cloth.
@@ -59,7 +61,8 @@ class Cover:
         y = self.moved
         np.copyto(y, x)
         for faces in self.garments:
-            there = faces[close[faces].any(axis=1)]
+            a, b, c = close[faces.T]
+            there = faces[a | b | c]
             vertices = np.unique(there)
             below = self._near(x[vertices[close[vertices]]], REACH * _mean_edge(x, there))
             for _ in range(ROUNDS):
@@ -82,16 +85,16 @@ class Cover:
         body = self.contact.body
         if self.edges_of != len(body.faces):
             self.edges, self.edges_of = unique_edges(body.faces)[0], len(body.faces)
-            self.vertices = np.unique(self.edges)
+            self.vertices, self.ends = np.unique(self.edges), np.ascontiguousarray(self.edges.T)
         if not len(lying):
             return self.edges[:0]
         places, low, high = body.x[self.vertices], lying.min(axis=0) - reach, lying.max(axis=0) + reach
-        about = np.flatnonzero((places > low).all(axis=1) & (places < high).all(axis=1))
+        about = np.flatnonzero(in_box(places, low, high))
         far, _ = cKDTree(lying).query(places[about], distance_upper_bound=reach)
         corners = self.vertices[about[far < reach]]
         chosen = np.zeros(len(body.x), bool)
         chosen[corners] = True
-        a, b = self.edges.T
+        a, b = self.ends
         return np.concatenate([np.column_stack([corners, corners]), self.edges[chosen[a] & chosen[b]]])
 
     def _move(

@@ -10,7 +10,7 @@ matrix is positive definite by construction: a spring's block is a I + w w^T, ke
 
 import taichi as ti
 
-from stages.simulate.kernels import Array, Int, Real, kernel, put, vec
+from stages.simulate.kernels import Array, Int, Real, kernel, light, put, vec
 
 
 @kernel
@@ -191,6 +191,7 @@ def inertial_target(
     An impact is no smooth motion, which two steps would tell the course of: vertices that have just met the skin or
     left it (`fresh`) take a step of implicit Euler, x' = x + dt v'; x_bar then holds for damping and drag, roughly.
     """
+    ti.loop_config(serialize=light.serial)
     for i in range(x.shape[0]):
         c1 = (1.0 + w) * (1.0 + w) / (1.0 + 2.0 * w)
         c2 = w * w / (1.0 + 2.0 * w)
@@ -222,6 +223,7 @@ def advance(
 ) -> None:
     """out = x + dx with no vertex moved by more than `longest`; the largest |dx| of each block, 1e30 if not finite."""
     n = x.shape[0]
+    ti.loop_config(serialize=light.serial)
     for b in range(blocks):
         most = ti.f64(0.0)
         for i in range(b * n // blocks, (b + 1) * n // blocks):

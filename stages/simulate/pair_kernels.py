@@ -3,7 +3,7 @@
 import taichi as ti
 
 from stages.simulate.closest import closest_on_edges, closest_on_triangle
-from stages.simulate.kernels import Array, Int, Real, Value, inline, kernel, put, vec
+from stages.simulate.kernels import Array, Int, Real, Value, inline, kernel, light, put, vec
 
 NO_PAIR = -1.0
 """Gap [m] of what isn't to be kept apart."""
@@ -44,6 +44,7 @@ def write_pairs(
     ought to be, by the order of the layers, so that garments that start or get entangled come apart. Parts that are
     close together at rest keep at most 0.7 of that distance, and those that are all `crossing` none.
     """
+    ti.loop_config(serialize=light.serial)
     for i in range(vf_count.shape[0]):
         for k in range(vf_count[i]):
             f = vf_found[i, k]
@@ -73,6 +74,7 @@ def write_pairs(
                     keep = NO_PAIR
             put(side, o, way * n)
             gap[o] = keep
+    ti.loop_config(serialize=light.serial)
     for e in range(ee_count.shape[0]):
         for k in range(ee_count[e]):
             g = ee_found[e, k]
@@ -169,6 +171,7 @@ def press_pairs(
     From `total` on to `whole` the first part is pulled along `side` until it has gone as far as `gap` past the second
     since `x_start`, as strongly as the cloth, of stiffness `sheet` [N/m], holds it back.
     """
+    ti.loop_config(serialize=light.serial)
     for o in range(total, whole):
         u = closest_on_triangle(*[vec(x, vertices[o, c]) for c in ti.static(range(4))])
         w = ti.Vector([1.0, -u[0], -u[1], -u[2]])
@@ -187,6 +190,7 @@ def press_pairs(
             block[o, 1] = r[0]
             block[o, 2] = r[1]
             block[o, 3] = r[2]
+    ti.loop_config(serialize=light.serial)
     for o in range(total):
         q = pair_state(x, vertices, o, faces_first, side)
         n = ti.Vector([q[4], q[5], q[6]])
@@ -278,6 +282,7 @@ def gather_pairs(
     diagonal: Array,
 ) -> None:
     """Add the pairs' forces to `force`, and set the diagonal blocks of their stiffness, vertex by vertex."""
+    ti.loop_config(serialize=light.serial)
     for i in range(diagonal.shape[0]):
         f = vec(force, i)
         iso = 0.0
@@ -321,6 +326,7 @@ def part_pairs(
 
     `weights` holds each vertex's share of it, light vertices moving more: w_i / m_i over sum w_j^2 / m_j.
     """
+    ti.loop_config(serialize=light.serial)
     for o in range(total):
         q = pair_state(x, vertices, o, faces_first, side)
         missing = 0.25 * gap[o] - q[7]
@@ -351,6 +357,7 @@ def move_parted(
     x: Array,
 ) -> None:
     """Move each vertex by the mean of what its pairs ask of it."""
+    ti.loop_config(serialize=light.serial)
     for i in range(x.shape[0]):
         n = start[i + 1] - start[i]
         if n > 0:

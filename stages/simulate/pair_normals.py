@@ -2,7 +2,7 @@
 
 import taichi as ti
 
-from stages.simulate.kernels import Array, kernel, put, vec
+from stages.simulate.kernels import Array, kernel, light, put, vec
 
 
 @kernel
@@ -14,6 +14,7 @@ def cloth_normals(
     normal: Array,
 ) -> None:
     """Mean of the normals of the faces about each vertex, of unit length."""
+    ti.loop_config(serialize=light.serial)
     for i in range(normal.shape[0]):
         n = ti.Vector([0.0, 0.0, 0.0])
         for e in range(start[i], start[i + 1]):

@@ -3,7 +3,7 @@
 import taichi as ti
 
 from stages.simulate.closest import closest_on_edges, closest_on_triangle
-from stages.simulate.kernels import Array, Real, kernel, put, vec
+from stages.simulate.kernels import Array, Real, kernel, light, put, vec
 from stages.simulate.patch_kernels import out_of_box
 
 
@@ -16,6 +16,7 @@ def edge_spheres(
     radius: Array,
 ) -> None:
     """Midpoint and half length of every edge."""
+    ti.loop_config(serialize=light.serial)
     for e in range(edges.shape[0]):
         a, b = vec(x, edges[e, 0]), vec(x, edges[e, 1])
         put(centre, e, 0.5 * (a + b))
@@ -102,8 +103,10 @@ def mark_close(
     close: Array,
 ) -> None:
     """close[i] = 1 for vertices near a face not their own, and for those of such faces."""
+    ti.loop_config(serialize=light.serial)
     for i in range(close.shape[0]):
         close[i] = 0
+    ti.loop_config(serialize=light.serial)
     for i in range(count.shape[0]):
         for k in range(ti.min(count[i], found.shape[1])):
             close[i] = 1

@@ -2,7 +2,7 @@
 
 import taichi as ti
 
-from stages.simulate.kernels import Array, Real, Value, inline, kernel, vec
+from stages.simulate.kernels import Array, Real, Value, inline, kernel, light, vec
 
 GROUP = 16
 """Patches, one behind the other and so near each other, that have a common box."""
@@ -19,6 +19,7 @@ def bound_patches(
     group_box: Array,
 ) -> None:
     """Boxes (lo, hi) of what the faces of each patch sweep between `x` and `ahead`, and of every GROUP patches."""
+    ti.loop_config(serialize=light.serial)
     for k in range(box.shape[0]):
         lo, hi = ti.Vector([1e30, 1e30, 1e30]), ti.Vector([-1e30, -1e30, -1e30])
         for f in range(start[k], start[k + 1]):
@@ -28,6 +29,7 @@ def bound_patches(
         for c in ti.static(range(3)):
             box[k, c] = lo[c]
             box[k, 3 + c] = hi[c]
+    ti.loop_config(serialize=light.serial)
     for g in range(group_box.shape[0]):
         for c in ti.static(range(3)):
             lo, hi = ti.f64(1e30), ti.f64(-1e30)
@@ -45,6 +47,7 @@ def bound_normals(
     cone: Array,
 ) -> None:
     """Cone (axis, angle [rad]) of the normals of each patch of faces."""
+    ti.loop_config(serialize=light.serial)
     for k in range(cone.shape[0]):
         axis = ti.Vector([0.0, 0.0, 0.0])
         for f in range(start[k], start[k + 1]):

@@ -101,3 +101,10 @@ def _connected(faces: np.ndarray, groups: list[np.ndarray]) -> list[np.ndarray]:
     _, part = csgraph.connected_components(graph, directed=False)
     order = np.lexsort((part, of_face))
     return np.split(order, np.flatnonzero(np.diff(part[order])) + 1)
+
+
+def in_box(points: np.ndarray, low: np.ndarray, high: np.ndarray) -> np.ndarray:
+    """Which `points` (N, 3) lie between the corners `low` and `high` (3,) of a box, shape (N,)."""
+    sides = [(x > a) & (x < b) for x, a, b in zip(points.T, low, high)]
+    inside: np.ndarray = sides[0] & sides[1] & sides[2]
+    return inside

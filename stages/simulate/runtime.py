@@ -7,6 +7,7 @@ from pathlib import Path
 import taichi as ti
 from taichi.lang import impl
 
+from stages.simulate.kernels import light
 from stages.spec import DataError
 
 _started: list[tuple[int, str]] = []
@@ -39,6 +40,7 @@ def start_taichi(threads: int | None = None, device: str | None = None) -> int:
             verbose=False,
         )
         found = "gpu" if impl.current_cfg().arch == ti.cuda else "cpu"
+        light.serial = found == "cpu"
         if found == "cpu":
             _spread(_threads() - before, wanted)
         _started.append((wanted, found))

@@ -8,6 +8,7 @@ import numpy as np
 from scipy.sparse import coo_matrix, csgraph
 from scipy.spatial import cKDTree
 
+from stages.simulate.patches import in_box
 from stages.simulate.plan import Plan, longer
 from stages.simulate.springs import Springs
 
@@ -75,7 +76,7 @@ class Watch:
         # What is further away than any of them can go need not be known.
         furthest = np.linalg.norm(move, axis=1).max() + np.linalg.norm(fly, axis=1).max()
         limit = spread.max() + self.cover + AHEAD * furthest + guard + MORE
-        about = ((skin > near.mins - limit) & (skin < near.maxes + limit)).all(axis=1)
+        about = in_box(skin, near.mins - limit, near.maxes + limit)
         watched, spread, skin, move = watched[about], spread[about], skin[about], move[about]
         distance, nearest = near.query(skin, distance_upper_bound=limit, workers=1)
         past = np.linalg.norm(move - fly[np.minimum(nearest, len(fly) - 1)], axis=1)
