@@ -37,7 +37,7 @@ class Cover:
         layer = np.repeat(own.layer, np.diff(own.start))
         self.contact = contact
         self.garments = [np.ascontiguousarray(own.faces[layer == number], np.int64) for number in np.unique(layer)]
-        self.moved = np.zeros((len(own.of_vertex), 3))
+        self.room = np.zeros((len(own.of_vertex), 3))  # kernels launch faster on known arrays
         self.edges, self.vertices, self.edges_of = np.zeros((0, 2), np.int32), np.zeros(0, np.int32), 0
         self.ends = np.zeros((2, 0), np.int32)
 
@@ -58,7 +58,7 @@ class Cover:
         if not close.any():
             return 0
         still = (fixed > 0) | (contact.distance < floor)
-        y = self.moved
+        y = self.room
         np.copyto(y, x)
         for faces in self.garments:
             a, b, c = close[faces.T]
